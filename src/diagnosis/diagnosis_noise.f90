@@ -6,6 +6,7 @@
 !> difference, which is robust against outliers and kinks, is 0.6745 sqrt(6) s (Hall, Kay and Titterington 1990, DOI
 !> 10.1093/biomet/77.3.521, for differences; Rousseeuw and Croux 1993 for the median).
 module diagnosis_noise
+  use base_decimal, only: one_decimal
   use base_kinds, only: rp
   use base_sort, only: sort_reals
   use diagnosis_wing_bins, only: noise_model_t
@@ -23,7 +24,7 @@ module diagnosis_noise
     integer :: n = 0                  !< differences
     real(rp) :: declared = 0          !< [m] root mean square of the declared sd of deformations
     real(rp) :: white = 0             !< [m] sd of the part that is independent from pixel to pixel
-    integer :: dof = 0                !< degrees of freedom of its square; 0: not found
+    integer :: dof = 0                !< degrees of freedom of its square; 0: not found, the declared errors hold
     type(noise_model_t) :: model      !< what follows
     character(:), allocatable :: warning !< empty: the declared errors are plausible
   end type noise_estimate_t
@@ -93,13 +94,13 @@ contains
     real(rp), intent(in) :: values(:, :), ratio
     type(noise_estimate_t), intent(inout) :: estimate
     estimate%white = ratio*estimate%declared
+    estimate%dof = effective_dof(estimate%n, size(experiment%comparisons), unloaded_fraction(experiment))
     if (estimate%model%length > 0) then
       estimate%model%white = min(1.0_rp, ratio**2)
       ! Pixels do not show errors that neighbours have in common: the data tell how large these are.
       estimate%model%factor = max(1.0_rp, ratio**2)
     else
       estimate%model%factor = ratio**2
-      estimate%dof = effective_dof(estimate%n, size(experiment%comparisons), unloaded_fraction(experiment))
       call separate_scan_variances(experiment, values, estimate)
     end if
   end subroutine fill_model
@@ -210,14 +211,22 @@ contains
     estimate%model%factor = 2
   end subroutine assume_noise
 
-  !> Finds the variance of declared errors that neighbours share in part. The scatter of neighbours only tells how large the
-  !> independent part is. The rest follows from the variance of all errors: that of `estimate%model`, as the fit has left it,
-  !> times `scale`. Adds a warning if there is none yet.
+  !> Compares the declared errors with what no test uses, whose variance is `scale` times that of `estimate%model`, as the fit has
+  !> left it. The scatter of neighbours tells the size of independent errors of heights, but not that of errors that they share,
+  !> nor that of other data. Adds a warning if there is none yet.
   subroutine check_declared_variance(estimate, scale)
     type(noise_estimate_t), intent(inout) :: estimate
     real(rp), intent(in) :: scale
-    if (estimate%warning /= '' .or. .not. estimate%is_found .or. .not. estimate%model%length > 0) return
-    if (estimate%model%factor*scale < 1/TOO_LARGE**2) &
+    real(rp) :: ratio
+    if (estimate%warning /= '' .or. estimate%is_found .and. .not. estimate%model%length > 0) return
+    ratio = sqrt(estimate%model%factor*scale)
+    if (ratio > TOO_LARGE) then
+      estimate%warning = 'the data differ from the model '//one_decimal(ratio)//' times as much as the declared errors allow: '// &
+                         'these are too small, or the model is wrong in more than a cause'
+    else if (ratio < 1/TOO_LARGE .and. estimate%is_found) then
       estimate%warning = 'heights differ less from smooth shapes than the declared errors allow: these are too large'
+    else if (ratio < 1/TOO_LARGE) then
+      estimate%warning = 'the data differ less from the model than the declared errors allow: these are too large'
+    end if
   end subroutine check_declared_variance
 end module diagnosis_noise

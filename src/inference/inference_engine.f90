@@ -27,6 +27,11 @@ module inference_engine
   public :: diagnosis_options_t, diagnosis_t, refit_t, run_diagnosis
 
   integer, parameter :: FEWEST_REST = 30    !< smallest number of degrees of freedom with which the size of the noise is estimated
+  !> Largest ratio of the variance of errors that neighbours have in common, with that of independent ones, to the declared one. A
+  !> larger variance is a misfit. The ratio is not 1, because pixels show a part of the common errors as independent ones: this is
+  !> worth 40 % of the variance of an average if the correlation length is half the distance of pixels, 24 % if it is this
+  !> distance, and less otherwise.
+  real(rp), parameter :: LARGEST_GROWTH = 1.5_rp
 
 contains
 
@@ -133,7 +138,8 @@ contains
     if (failure%failed) return
     call fit_baseline(simulator, starts, options%fit, state, model%whitener, model%baseline, spread, failure, nuisances)
     if (failure%failed .or. options%is_scale_known) return
-    call find_noise_fraction(simulator, model%baseline%q, state, model%whitener%independent_fraction, independent_fraction, is_new)
+    call find_noise_fraction(simulator, model%baseline%q, state, model%whitener%independent_fraction, &
+                             model%whitener%independent_fraction/LARGEST_GROWTH, independent_fraction, is_new)
     if (.not. is_new) return
     best = reshape(model%baseline%q, [size(model%baseline%q), 1])
     call model%whitener%init(simulator, all, independent_fraction, failure)

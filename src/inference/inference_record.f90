@@ -29,8 +29,9 @@ module inference_record
     integer(i8) :: seed = 1
     integer :: most_refits = 5           !< top candidates that are fitted in full
     logical :: is_scale_known = .false.  !< the size of the noise is as declared; otherwise it is estimated
-    !> Degrees of freedom of an estimate of the noise that does not come from the fits, see check_residuals.
-    integer :: noise_dof = 0
+    !> Degrees of freedom of an estimate of the noise that does not come from the fits, such as the scatter of pixels; huge: there
+    !> is none, and the declared size of the errors holds. See check_residuals.
+    integer :: noise_dof = huge(1)
     logical :: validates = .true.
     logical :: finds_intervals = .true.
   end type diagnosis_options_t

@@ -32,8 +32,7 @@ contains
                          tests%statistics)
     if (.not. model%calibration%is_scale_known) tests%scale = tests%residual_square/model%design%residual_dof
     tests%z = tests%z/sqrt(tests%scale)
-    call check_fit(simulator, model%design, model%baseline, tests%scale, &
-                   noise_dof(options, model%calibration%is_scale_known), tests%checks)
+    call check_fit(simulator, model%design, model%baseline, tests%scale, noise_dof(options), tests%checks)
     call weigh(options, size(simulator%effects), model, tests)
   end subroutine test_hypotheses
 
@@ -75,12 +74,10 @@ contains
                 combined_log_p(tests%checks))
   end subroutine weigh
 
-  !> Returns the degrees of freedom with which the size of the noise is known. They are huge if the declared noise is trusted or if
-  !> the data cannot show its size.
-  pure integer function noise_dof(options, is_scale_known)
+  !> Returns the degrees of freedom with which the size of the noise is known. They are huge if the declared noise is trusted.
+  pure integer function noise_dof(options)
     type(diagnosis_options_t), intent(in) :: options
-    logical, intent(in) :: is_scale_known
-    noise_dof = merge(huge(1), options%noise_dof, is_scale_known)
+    noise_dof = merge(huge(1), options%noise_dof, options%is_scale_known)
   end function noise_dof
 
   !> Tells whether a first verdict leaves nothing to fit: the baseline is adequate, the data are insufficient, or only the checks of

@@ -146,7 +146,8 @@ def write_input(case, data, name, more="", cache="../flights", options=""):
         # The data come from the same box, wing and start, so that the simulation errs by its grid alone.
         f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\n"
         f"{'' if 'model_sd' in more else 'model_sd = 0' + chr(10)}{'' if 'refine' in more else 'refine = grid' + chr(10)}{more}"
-        f"[Diagnose]\nnoise = declared\ndraws = 1000\nstarts = 1\n{options}[Saving]\nname = {name}\n")
+        f"[Diagnose]\n{'' if 'noise' in options else 'noise = declared' + chr(10)}draws = 1000\nstarts = 1\n{options}"
+        f"[Saving]\nname = {name}\n")
 
 
 def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", options=""):
@@ -267,14 +268,41 @@ def test_balance(case):
 
 
 def test_stated(case):
-    """An error of the kinematics that the record states is the sd of the prior and the step of the flights."""
-    write_data(case.folder / "data.h5", flown(12, "kinematics_lead = 0.04 0 0\n"), 1, pitch_lead_sd=0.011)
-    code, found, _ = diagnose(case, "data.h5", "stated", "effects = pitch_lead, balance_gain\nrounds = 0\n", options="validation = no\n")
-    check(code in (NAMED, SET) and names(found)[0] == "pitch_lead", found["verdict"]["sentence"])
+    """An error of the kinematics that the record states is an error of the data, the sd of the prior and the step of the flights. A
+    lead of one sd is no cause, whether it is sought or not; one of six sd is."""
+    lead, few = 0.04, "effects = pitch_lead, balance_gain\nrounds = 0\n"
+    data = flown(12, f"kinematics_lead = {lead} 0 0\n")
+    write_data(case.folder / "data.h5", data, 1, pitch_lead_sd=lead)
+    for name, more in ("one", few), ("unsought", few.replace("pitch_lead, ", "")):
+        code, found, _ = diagnose(case, "data.h5", name, more, options="validation = no\n")
+        check(code == ADEQUATE, f"a lead of one sd is {found['verdict']['sentence']}")
+    sd = round(lead / 6, 4)
+    write_data(case.folder / "data.h5", data, 1, pitch_lead_sd=sd)
+    code, found, _ = diagnose(case, "data.h5", "stated", few.replace("rounds = 0", "rounds = 1"))
+    check(code == NAMED and names(found) == ["pitch_lead"], f"a lead of six sd is {found['verdict']['sentence']}")
     prior, = [one["prior_sd"] for one in found["extended"]["parameters"] if one["name"] == "pitch_lead"]
-    check(abs(prior / 0.011 - 1) < 1e-9, f"the sd of the prior is {prior}")
+    check(abs(prior / sd - 1) < 1e-9, f"the sd of the prior is {prior}")
+    lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
+    # The data alone determine a lead to less than 0.01 (test_lead), the stated error is 2 x 1.64 sd = 0.022 wide.
+    check(lower < lead < upper and upper - lower > 0.01, f"the interval has the stated error: {lower} {best} {upper}")
     flights = [path.read_text() for path in (case.folder / "../flights").glob("*/flight.ini")]
-    check(sum("kinematics_lead = 1.1e-2" in text or "kinematics_lead = 0.011" in text for text in flights) == 1, "a flight has that lead")
+    leads = [float(text.split("kinematics_lead =")[1].split()[0]) for text in flights if "kinematics_lead =" in text]
+    check(sum(abs(one - sd) < 1e-9 for one in leads) == 1, f"a flight has that lead: {leads}")
+
+
+def test_declared(case):
+    """Errors that are declared three times too small, with `noise = estimated`: no null, and the reason is given."""
+    write_data(case.folder / "data.h5", flown(12), 3)
+    options = "noise = estimated\nvalidation = no\nintervals = no\nrefits = 1\n"
+    code, found, _ = diagnose(case, "data.h5", "honest", "rounds = 0\n", options=options)
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    with h5py.File(case.folder / "data.h5", "r+") as data:
+        data["flight/hover/sd"][...] = data["flight/hover/sd"][...] / 3
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", "data.h5"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
+    code, found, _ = diagnose(case, "data.h5", "small", "rounds = 0\n", options=options)
+    chi2, = (one for one in found["questions"] if one["name"] == "chi2")
+    check(code == UNKNOWN and chi2["takes_part"] and "times as large as the declared errors" in chi2["sentence"],
+          f"{found['verdict']['sentence']}; {chi2}")
 
 
 def test_surroundings(case):

@@ -8,8 +8,7 @@ module diagnosis_flight_catalogue
   use base_parameter, only: parameter_t
   use base_text, only: next_word
   use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, is_one_sided, list_change_causes, &
-                                      FLOW_FREQUENCY, &
-                                      FLOW_VISCOSITY, FLOW_WIND, N_FLOW, NEED_RIGID
+                                      FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW, NEED_RIGID
   use diagnosis_flight_runner, only: flight_facts_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t
   use diagnosis_wing_parameters, only: wing_parameter, KIND_BALANCE, KIND_FLIGHT
@@ -19,13 +18,13 @@ module diagnosis_flight_catalogue
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
-  public :: enter_flights, exclude_unflown, flight_steps, rounded, flight_causes
+  public :: enter_flights, exclude_unflown, flight_steps, rounded, flight_causes, stated_errors
 
 contains
 
   !> Returns the step of each change, in its unit: the two flights for a change lie one step above and one step below the flight
-  !> about which forces are approximated. It is 0, and no flight is made, if no effect in the list `wanted` needs the change or
-  !> if the case cannot make it. An empty `wanted` means all effects.
+  !> about which forces are approximated. It is 0, and no flight is made, if no effect in the list `wanted` needs the change and
+  !> no record states its error, or if the case cannot make it. An empty `wanted` means all effects.
   !>
   !> Before the first flights the effect of a change is not known, and the step is its prior sd. Once the data have determined a
   !> change to sd(j), forces are needed over that range, and the step is STEP sd(j): forces then change by STEP times their noise.
@@ -40,12 +39,13 @@ contains
     real(rp) :: steps(N_FLOW)
     real(rp), parameter :: STEP = 2.0_rp, LEAST_STEP = 0.1_rp
     type(parameter_t) :: p
+    logical :: is_needed(N_CHANGES)
     integer :: j
     steps = 0
+    is_needed = [(is_wanted(wanted, cause_of_change(j)), j=1, N_CHANGES)] .or. stated_errors(facts) > 0
     do j = 1, N_FLOW
       if (facts%missing(j) /= '') cycle
-      if (.not. (is_wanted(wanted, cause_of_change(j)) .or. &
-                 is_wanted(wanted, cause_of_change(FLOW_FREQUENCY)) .and. &
+      if (.not. (is_needed(j) .or. is_needed(FLOW_FREQUENCY) .and. &
                  (j == FLOW_VISCOSITY .or. j > FLOW_WIND .and. j <= FLOW_WIND + 3 .and. norm2(facts%wind) > 0))) cycle
       p = change_parameter(j, scales_of(facts))
       steps(j) = p%prior_sd
@@ -55,6 +55,22 @@ contains
       if (.not. sd(j) > 0) steps(j) = 0
     end do
   end function flight_steps
+
+  !> Returns the error that records state of each change, one sd of its coordinate. It is 0 where none is stated or where the case
+  !> cannot make the change.
+  pure function stated_errors(facts) result(sd)
+    type(flight_facts_t), intent(in) :: facts
+    real(rp) :: sd(N_CHANGES)
+    type(parameter_t) :: p
+    integer :: j
+    sd = 0
+    do j = 1, N_CHANGES
+      if (.not. facts%prior_sd(j) > 0 .or. first_reason(j, facts, facts%missing) /= '') cycle
+      if (j == FLOW_FREQUENCY .and. facts%is_flexible) cycle
+      p = change_parameter(j, scales_of(facts))
+      sd(j) = p%prior_sd
+    end do
+  end function stated_errors
 
   !> Returns the multiple nearest to x of the power of ten that begins `scale`, which is above 0.
   pure elemental real(rp) function rounded(x, scale)

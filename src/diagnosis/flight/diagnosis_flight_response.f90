@@ -45,6 +45,7 @@ module diagnosis_flight_response
     procedure :: take => response_take
     procedure :: at => response_at
     procedure :: derivative => response_derivative
+    procedure :: knows => response_knows
     procedure :: relative_size => response_relative_size
   end type flight_response_t
 
@@ -215,6 +216,18 @@ contains
       end do
     end associate
   end function response_derivative
+
+  !> Tells whether the flights that change j needs came to their end. A beat of another frequency needs those with another viscosity
+  !> and, if the case has wind, those with another wind.
+  pure logical function response_knows(self, j) result(knows)
+    class(flight_response_t), intent(in) :: self
+    integer, intent(in) :: j
+    if (j <= N_FLOW) then
+      knows = self%is_known(j)
+    else
+      knows = self%is_known(FLOW_VISCOSITY) .and. all(self%is_known(FLOW_WIND + 1:FLOW_WIND + 3) .or. .not. abs(self%wind) > 0)
+    end if
+  end function response_knows
 
   !> Returns how much refinement k changes forces: the largest rms over the beat of a component, relative to that of the component.
   !> Forces below a hundredth of the largest one do not count, nor do such torques, which are errors alone where symmetry lets the

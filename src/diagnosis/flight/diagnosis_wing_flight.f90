@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the residuals of records of forces over the beat, in units of their sd, and their derivatives. It takes the simulated
 !> forces from diagnosis_flight_response and converts them by the model of the balance in measurement_balance. Each component of
-!> each record has its own surface, fold and block. The difference that a finer grid makes is a nuisance. Without records there
-!> are no observations here.
+!> each record has its own surface, fold and block. The difference that a finer grid makes is a nuisance, and so is the effect of
+!> an error of the kinematics that the records state. Without records there are no observations here.
 module diagnosis_wing_flight
   use base_constants, only: TWO_PI
   use base_kinds, only: rp
+  use diagnosis_flight_catalogue, only: stated_errors
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
   use diagnosis_flight_refinements, only: N_REFINEMENTS
@@ -54,6 +55,7 @@ module diagnosis_wing_flight
     real(rp), allocatable, private :: rest(:)           !< (n) of the flight in use, what its series leaves, in sd
     type(approximation_t), allocatable, private :: approximations(:) !< the first is about the case
     integer, private :: in_use = 0
+    real(rp), private :: stated(N_CHANGES) = 0          !< sd of the changes as the records state them; 0: not stated
   contains
     procedure :: init => flight_init
     procedure :: add => flight_add
@@ -97,7 +99,8 @@ contains
     self%approximations(1)%response = data%response
     self%approximations(1)%rest = self%rest
     self%in_use = 1
-    self%n_nuisances = count(data%refined)
+    self%stated = stated_errors(data%facts)
+    self%n_nuisances = count(data%refined) + count(self%stated > 0)
     if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1
     self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
   end subroutine flight_init
@@ -265,14 +268,16 @@ contains
   end function observed
 
   !> Returns nuisances(n, n_nuisances) at q. They are the changes that refinements make, if they are known, in the order of their
-  !> numbers, and the effect of an error of one sd of the simulation, first on all components together and then on each one alone.
+  !> numbers, the effects of errors of one sd of the kinematics as far as records state them, and that of an error of one sd of
+  !> the simulation, first on all components together and then on each one alone. Errors of the kinematics whose flights failed
+  !> are not known: their columns are 0.
   subroutine flight_nuisances(self, q, nuisances)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
     real(rp), intent(inout) :: nuisances(:, :)
     complex(rp), dimension(0:self%data%response%n_harmonics, N_COMPONENTS) :: series, one
     real(rp) :: c(N_CHANGES), p(N_BALANCE)
-    integer :: i, last
+    integer :: i, j, last
     if (self%n_nuisances == 0) return
     call split(self, q, c, p)
     last = 0
@@ -280,6 +285,13 @@ contains
       if (.not. self%data%refined(i)) cycle
       last = last + 1
       call self%show(without_additions(p), self%data%response%refined(:, :, i), nuisances(:, last))
+    end do
+    do j = 1, N_CHANGES
+      if (.not. self%stated(j) > 0) cycle
+      last = last + 1
+      nuisances(:, last) = 0
+      if (self%data%response%knows(j)) &
+        call self%show(without_additions(p), self%stated(j)*self%data%response%derivative(c, j), nuisances(:, last))
     end do
     if (.not. self%data%model_sd > 0) return
     series = self%data%response%at(c)

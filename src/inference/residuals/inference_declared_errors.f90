@@ -7,6 +7,7 @@
 !> variances is then chi^2 distributed, which gives k as a variance component (Searle, Casella and McCulloch 1992, ISBN
 !> 0-471-62162-5): its interval, and p of the hypothesis that k is at most TOLERATED.
 module inference_declared_errors
+  use base_decimal, only: one_decimal
   use base_kinds, only: rp
   use base_lapack, only: symmetric_eigen
   use inference_residual_checks, only: make_check, residual_check_t
@@ -25,12 +26,12 @@ module inference_declared_errors
 contains
 
   !> Adds a check for every kind of error to checks(:). kinds(:) are those of the first nuisances of the design, 1, 2, ..
-  !> with the name names(kind), or 0; residuals(n) are whitened, with a noise of `scale` times the variance of the whitener.
-  subroutine check_declared_errors(design, kinds, names, residuals, scale, checks)
+  !> with the name names(kind), or 0; residuals(n) are whitened.
+  subroutine check_declared_errors(design, kinds, names, residuals, checks)
     type(design_t), intent(in) :: design
     integer, intent(in) :: kinds(:)
     character(*), intent(in) :: names(:)
-    real(rp), intent(in) :: residuals(:), scale
+    real(rp), intent(in) :: residuals(:)
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
     real(rp), allocatable :: directions(:, :)
     integer, allocatable :: columns(:)
@@ -41,7 +42,7 @@ contains
       if (size(columns) < FEWEST) cycle
       directions = design%nuisances(:, columns)
       call design%whitener%apply(directions)
-      call check_one(trim(names(k)), design%project_out_baseline(directions), residuals/sqrt(scale), checks)
+      call check_one(trim(names(k)), design%project_out_baseline(directions), residuals, checks)
     end do
   end subroutine check_declared_errors
 
@@ -62,8 +63,9 @@ contains
     ratio = size_for(real(size(g), rp))
     ends = [size_for(chi2_threshold(log(0.05_rp), size(g))), size_for(chi2_threshold(log(0.95_rp), size(g)))]
     one = make_check(SIZE_WORDS//name, ratio, log_chi2_tail(sum_at(TOLERATED), size(g)), &
-                        name//' are '//shown(ratio)//' times as large as declared (90 % interval '// &
-                        shown(ends(1))//' to '//shown(ends(2))//')', name//' are no more than 1.5 times as large as declared')
+                        name//' are '//one_decimal(ratio)//' times as large as declared (90 % interval '// &
+                        one_decimal(ends(1))//' to '//one_decimal(ends(2))//')', &
+                        name//' are no more than 1.5 times as large as declared')
     one%interval = ends
     checks = [checks, one]
 
@@ -92,13 +94,4 @@ contains
       end do
     end function size_for
   end subroutine check_one
-
-  !> Returns a number with one decimal.
-  function shown(x) result(text)
-    real(rp), intent(in) :: x
-    character(:), allocatable :: text
-    character(16) :: buffer
-    write (buffer, '(f15.1)') x
-    text = trim(adjustl(buffer))
-  end function shown
 end module inference_declared_errors

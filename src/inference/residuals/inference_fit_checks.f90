@@ -33,7 +33,6 @@ contains
     call design%whitener%apply_one(residuals)
     call check_residuals(simulator%labels, design, residuals, responses, simulator%n_baseline, scale, noise_dof, checks)
     if (.not. allocated(simulator%nuisance_kind)) return
-    call check_declared_errors(design, simulator%nuisance_kind, simulator%nuisance_names, residuals, &
-                               merge(1.0_rp, scale, noise_dof > 0), checks)
+    call check_declared_errors(design, simulator%nuisance_kind, simulator%nuisance_names, residuals, checks)
   end subroutine check_fit
 end module inference_fit_checks

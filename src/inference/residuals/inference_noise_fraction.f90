@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Estimates the fraction of the error variance that neighbours do not have in common. The scatter of neighbours shows only the
 !> independent part. The declared sd gives the rest only where it is right. Therefore the rest is what makes the data most
-!> probable, under normal priors of the parameters of the baseline and of unknown causes of unit strength everywhere.
+!> probable, under normal priors of the parameters of the baseline and of unknown causes of unit strength everywhere. A bound keeps
+!> it from taking in a misfit.
 module inference_noise_fraction
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -19,10 +20,10 @@ contains
 
   !> Finds independent_fraction (see `covariance` of simulator_t) at the baseline q by golden section. `is_new` tells whether it
   !> differs from `known`, the one of the fit, by more than a thousandth. It is `known` if neighbours have no errors in common, or
-  !> if something fails.
-  subroutine find_noise_fraction(simulator, q, from, known, independent_fraction, is_new)
+  !> if something fails, and otherwise at least `least` and 0.1.
+  subroutine find_noise_fraction(simulator, q, from, known, least, independent_fraction, is_new)
     class(simulator_t), intent(inout) :: simulator
-    real(rp), intent(in) :: q(:), known
+    real(rp), intent(in) :: q(:), known, least
     class(solver_state_t), intent(in) :: from !< near q
     real(rp), intent(out) :: independent_fraction
     logical, intent(out) :: is_new
@@ -44,7 +45,7 @@ contains
       jacobian(:, i) = jacobian(:, i)*simulator%parameters(i)%prior_sd
     end do
     directions = reshape([nuisances, jacobian, patterns], [n, size(nuisances, 2) + m + size(patterns, 2)])
-    ends = [0.0_rp, LARGEST]
+    ends = [0.0_rp, min(LARGEST, 1 - least)]
     inner = ends(2) - (ends(2) - ends(1))*[GOLDEN, 1 - GOLDEN]
     values = [log_likelihood(inner(1)), log_likelihood(inner(2))]
     do i = 3, MOST_EVALUATIONS

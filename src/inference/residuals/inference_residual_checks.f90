@@ -8,6 +8,7 @@
 !> product is not normally distributed.) The other checks do not account for the fitted parameters, which makes p a little too
 !> large. `combined_log_p` combines the p of all checks that take part in a verdict.
 module inference_residual_checks
+  use base_decimal, only: one_decimal
   use base_kinds, only: rp
   use base_text, only: number_text
   use inference_design, only: design_t
@@ -32,7 +33,7 @@ contains
 
   !> Checks residuals(n), whitened as the design does, and responses(n) that the fit computes, not whitened. `scale` is the
   !> variance of the noise over that of the noise model. The variance of the noise model is known from other data, such as the
-  !> scatter of pixels, with `noise_dof` degrees of freedom; huge: it is trusted; 0: it may be wrong.
+  !> scatter of pixels, with `noise_dof` > 0 degrees of freedom; huge: it is that of the declared errors, which hold.
   subroutine check_residuals(labels, design, residuals, responses, n_fitted, scale, noise_dof, checks)
     type(labels_t), intent(in) :: labels
     type(design_t), intent(in) :: design
@@ -133,26 +134,33 @@ contains
     if (at > 0) log_p = min(0.0_rp, checks(at)%log_p + log(real(count(checks%takes_part), rp)))
   end function combined_log_p
 
-  !> Checks whether all differences are as large as their errors. Smaller differences are no misfit.
+  !> Checks whether all differences are as large as their errors. Smaller differences are no misfit. This check always takes part: a
+  !> size of the noise that comes from the same residuals would hide every misfit that no test sees.
   subroutine check_chi2(residuals, n_fitted, noise_dof, checks)
     real(rp), intent(in) :: residuals(:)
     integer, intent(in) :: n_fitted, noise_dof
     type(residual_check_t), allocatable, intent(inout) :: checks(:)
+    character(:), allocatable :: sentence
     real(rp) :: square, log_p
     integer :: dof
     dof = max(1, size(residuals) - n_fitted)
     square = sum(residuals**2)
     if (square < dof) then
       log_p = log(min(1.0_rp, 2*max(tiny(square), 1 - exp(log_chi2_tail(square, dof)))))
-    else if (noise_dof > 0 .and. noise_dof < huge(1)) then
+    else if (noise_dof < huge(1)) then
       log_p = log_f_tail(square/dof, dof, noise_dof)
     else
       log_p = log_chi2_tail(square, dof)
     end if
-    call append(checks, 'chi2', square/dof, log_p, 'all differences together are '// &
-                trim(merge('larger ', 'smaller', square > dof))//' than their errors allow', &
-                'all differences together are as large as their errors')
-    checks(size(checks))%takes_part = square > dof .and. noise_dof > 0
+    if (square < dof) then
+      sentence = 'all differences together are smaller than their errors allow'
+    else if (noise_dof < huge(1)) then
+      sentence = 'all differences together are larger than their errors allow'
+    else
+      sentence = 'all differences together are '//one_decimal(sqrt(square/dof))//' times as large as the declared errors allow'
+    end if
+    call append(checks, 'chi2', square/dof, log_p, sentence, 'all differences together are as large as their errors')
+    checks(size(checks))%takes_part = square > dof
   end subroutine check_chi2
 
   !> Computes Moran's I of nearest neighbours within surfaces (Moran 1950, DOI 10.1093/biomet/37.1-2.17).

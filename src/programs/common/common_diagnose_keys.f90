@@ -99,7 +99,10 @@ contains
     call keys%integer('observations', c%observations, 1600, 'largest number of observations; heights are averaged over '// &
                       'squares until there are no more than this', min=50, max=20000)
     call keys%kind('noise', c%noise, 'estimated', NOISES, &
-                   'standard deviation of heights: estimated from the data, or as the measurement file declares it')
+                   'standard deviation of heights: estimated from the scatter of neighbours, or as the measurement file '// &
+                   'declares it. Nothing tells the errors of other data before a fit: they are as declared. With '// &
+                   '"estimated" the tests of the catalogue allow for errors of another size. A misfit beyond the declared '// &
+                   'errors is an alarm in both cases')
     call keys%integer('draws', c%options%n_draws, 4000, 'number of bootstrap draws, which calibrate all tests together', min=500, &
                       max=1000000)
     call keys%integer('refits', c%options%most_refits, 5, 'number of leading candidates that are fitted in full', min=1, max=100)

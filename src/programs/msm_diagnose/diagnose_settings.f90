@@ -187,7 +187,7 @@ contains
       values(:s%experiment%comparisons(l)%n, l) = s%experiment%comparisons(l)%measured
     end do
     call estimate_noise(s%experiment, values, s%noise)
-    s%options%noise_dof = s%noise%dof
+    if (s%noise%dof > 0) s%options%noise_dof = s%noise%dof
     if (s%noise%warning /= '') call notices%add(s%measurement_path//': '//s%noise%warning)
   end subroutine make_all
 

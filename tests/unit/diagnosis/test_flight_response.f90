@@ -3,7 +3,7 @@
 program test_flight_response
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_flight_catalogue, only: flight_steps, rounded
+  use diagnosis_flight_catalogue, only: flight_steps, rounded, stated_errors
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WALL, &
                                       FLOW_WIND, N_CHANGES, N_FLOW
@@ -15,6 +15,7 @@ program test_flight_response
   type(testkit_t) :: t
   call t%start(parallel=.false.)
   call check_steps()
+  call check_stated()
   call check_rounding()
   call check_move()
   call check_one_sided()
@@ -46,6 +47,28 @@ contains
     steps = flight_steps(facts, 'balance_gain', sd)
     call t%check('what is not sought has none', .not. any(steps > 0))
   end subroutine check_steps
+
+  !> An error that records state is needed whether its cause is sought or not. What the case cannot make is no error.
+  subroutine check_stated()
+    type(flight_facts_t) :: facts
+    real(rp) :: steps(N_FLOW), sd(N_CHANGES)
+    facts%missing(FLOW_PITCH) = 'cannot'
+    facts%prior_sd(FLOW_PITCH) = 0.01_rp
+    facts%prior_sd(FLOW_LEAD) = 0.03_rp
+    steps = flight_steps(facts, 'balance_gain')
+    call t%check('a stated error alone has a step', count(steps > 0) == 1)
+    call t%check_close('which is its sd', steps(FLOW_LEAD), 0.03_rp, rtol=1.0e-14_rp)
+    facts%prior_sd(FLOW_FREQUENCY) = 0.02_rp
+    steps = flight_steps(facts, 'balance_gain')
+    call t%check('that of the frequency needs flights with another viscosity', &
+                 count(steps > 0) == 2 .and. steps(FLOW_VISCOSITY) > 0)
+    sd = stated_errors(facts)
+    call t%check('stated errors are those of changes that can be made', count(sd > 0) == 2)
+    call t%check_close('with the sd that is stated', sd(FLOW_LEAD), 0.03_rp, rtol=1.0e-14_rp)
+    facts%is_flexible = .true.
+    sd = stated_errors(facts)
+    call t%check('wings that bend have no other frequency', count(sd > 0) == 1)
+  end subroutine check_stated
 
   subroutine check_rounding()
     call t%check_close('a multiple of 0.001', rounded(0.03612_rp, 0.0034_rp), 0.036_rp, rtol=1.0e-12_rp)

@@ -23,6 +23,7 @@ program test_noise_fraction
   call find('0.7', 0.7_rp, 0.2_rp, 0.0_rp)
   call find('0.36 beside a wave', 0.36_rp, 0.0_rp, 1.0_rp)
   call find_none()
+  call find_bound()
   call judge()
   call change()
   call t%finish()
@@ -38,7 +39,7 @@ contains
     logical :: is_new
     do k = 1, DRAWS
       call make_scans(scans, truth, wave, int(k, i8))
-      call find_noise_fraction(scans, [3.0_rp], solver_state_t(), 1 - before, independent, is_new)
+      call find_noise_fraction(scans, [3.0_rp], solver_state_t(), 1 - before, 0.0_rp, independent, is_new)
       found(k) = 1 - independent
     end do
     mean = sum(found)/DRAWS
@@ -53,9 +54,19 @@ contains
     real(rp) :: independent
     logical :: is_new
     call make_scans(scans, 0.0_rp, 0.0_rp, 99_i8)
-    call find_noise_fraction(scans, [3.0_rp], solver_state_t(), 0.5_rp, independent, is_new)
+    call find_noise_fraction(scans, [3.0_rp], solver_state_t(), 0.5_rp, 0.0_rp, independent, is_new)
     call t%check('none are found where there are none', independent > 0.9_rp .and. is_new)
   end subroutine find_none
+
+  !> Of errors of which 0.7 are in common, no more than the bound permits is found: the rest is a misfit.
+  subroutine find_bound()
+    type(scans_t) :: scans
+    real(rp) :: independent
+    logical :: is_new
+    call make_scans(scans, 0.7_rp, 0.0_rp, 5_i8)
+    call find_noise_fraction(scans, [3.0_rp], solver_state_t(), 1.0_rp, 0.6_rp, independent, is_new)
+    call t%check('no more than the bound permits is found', independent > 0.6_rp .and. independent < 0.6_rp + RESOLUTION)
+  end subroutine find_bound
 
   !> Errors that are declared as twice what they are, 1/4 of the variance, are told too large; those that are declared right, or
   !> as four fifths of what they are, are not; and nothing is said where neighbours have been asked already.
@@ -68,7 +79,7 @@ contains
     call check_declared_variance(estimate, 2.0_rp)
     call t%check('right errors are not warned of', estimate%warning == '')
     call check_declared_variance(estimate, 3.0_rp)
-    call t%check('nor are those that are declared too small', estimate%warning == '')
+    call t%check('nor are those that are declared too small by a fifth', estimate%warning == '')
     call check_declared_variance(estimate, 0.5_rp)
     call t%check('errors declared twice as large are', index(estimate%warning, 'too large') > 0)
     estimate%warning = 'neighbours have told'
@@ -78,6 +89,16 @@ contains
     estimate%model%length = 0
     call check_declared_variance(estimate, 0.5_rp)
     call t%check('and not where neighbours share nothing', estimate%warning == '')
+    estimate%is_found = .false.
+    estimate%model%factor = 1
+    call check_declared_variance(estimate, 2.0_rp)
+    call t%check('without neighbours errors that are nearly right are not warned of', estimate%warning == '')
+    call check_declared_variance(estimate, 9.0_rp)
+    call t%check('without neighbours the warning says how much too small errors are', &
+                 index(estimate%warning, '3.0 times as much as the declared errors') > 0)
+    estimate%warning = ''
+    call check_declared_variance(estimate, 0.1_rp)
+    call t%check('or that they are too large', index(estimate%warning, 'too large') > 0)
   end subroutine judge
 
   !> Another fraction of a model changes the variance that neighbours share, and no other; the same fraction changes nothing.

@@ -286,7 +286,7 @@ contains
     call check(d%prediction%has_gain .and. d%prediction%gain > d%prediction%gain_error, &
                'it predicts locations that the fit did not see')
     ! Deflections to one side are too large: that is the plain question about the sign.
-    call check_fit(beam, d%model%design, d%model%baseline, 1.0_rp, 0, checks)
+    call check_fit(beam, d%model%design, d%model%baseline, 1.0_rp, huge(1), checks)
     do i = 1, size(checks)
       if (checks(i)%name == 'sign') exit
     end do

@@ -113,14 +113,16 @@ contains
     call test%check('sd that are a little wrong are no alarm', alarms <= 2)
   end subroutine test_tilts
 
-  !> 1.2 times the scatter of pixels is more than white noise; where nothing tells the scatter, it may be.
+  !> 1.2 times the scatter of pixels is more than white noise; where nothing tells the scatter, the declared errors hold.
   subroutine test_variance()
     type(residual_check_t), allocatable :: checks(:)
     call ask(1.0_rp, 1.2_rp, 1, SCATTER, checks)
     call test%check('variance beyond that of neighbouring pixels is an alarm', &
                     checks(1)%name == 'chi2' .and. checks(1)%log_p < log(1.0e-6_rp) .and. checks(1)%takes_part)
-    call ask(1.0_rp, 1.2_rp, 1, 0, checks)
-    call test%check('without pixels the size of the noise is estimated',.not. checks(1)%takes_part)
+    call ask(1.0_rp, 1.2_rp, 1, huge(1), checks)
+    call test%check('without pixels variance beyond that of the declared errors is an alarm', &
+                    checks(1)%log_p < log(1.0e-6_rp) .and. checks(1)%takes_part)
+    call test%check('which says how much larger the errors are', index(checks(1)%sentence, '1.2 times as large as') > 0)
     call ask(1.0_rp, 0.8_rp, 1, SCATTER, checks)
     call test%check('less variance than declared is no misfit',.not. checks(1)%takes_part)
   end subroutine test_variance

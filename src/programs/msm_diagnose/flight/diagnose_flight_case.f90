@@ -2,7 +2,7 @@
 !> Holds the `flusi` case of an experiment and derives cases from it with other kinematics, another flow or a finer grid. A
 !> derived case is an ini file that includes the case and sets the keys that change. All ranks hold the same.
 module diagnose_flight_case
-  use base_build, only: BUILD_VERSION
+  use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_checksum, only: checksum_text
   use base_errors, only: message_list_t
   use base_files, only: folder_of, join_path, name_of, real_path
@@ -331,8 +331,8 @@ contains
     call load_settings(self%text(request), self%name(), .false., settings, errors, notices, world)
   end subroutine case_read
 
-  !> Returns a word that identifies the inputs of a flight and the version of the program. If the inputs are not valid, `reason` is
-  !> allocated and says why. Not collective.
+  !> Returns a word that identifies the inputs of a flight, the version of the program and its commit. If the inputs are not valid,
+  !> `reason` is allocated and says why. Not collective.
   subroutine case_fingerprint(self, request, word, reason)
     class(flight_case_t), intent(in) :: self
     type(flight_request_t), intent(in) :: request
@@ -343,7 +343,7 @@ contains
     allocate (settings)
     call self%read(request, settings, errors)
     if (errors%count() > 0) reason = errors%text(1)
-    write (digits, '(z16.16)') checksum_text(settings%config%inputs()//BUILD_VERSION)
+    write (digits, '(z16.16)') checksum_text(settings%config%inputs()//BUILD_VERSION//' '//BUILD_COMMIT)
     word = digits
   end subroutine case_fingerprint
 end module diagnose_flight_case
