@@ -171,7 +171,7 @@ def made_for(run):
 
 def test_flexible_ranks(case):
     """The same flight on any number of ranks: each wing has its owner, and the grid is cut both ways. On five ranks groups of
-    three and two share the responses. Motion and flow agree to 1e-12, although Newton's method leaves 1e-8 of the forces: its
+    three and two share the responses. Places and flow agree to 1e-12, although Newton's method leaves 1e-8 of the forces: its
     iterations are the same on all ranks."""
     fields = {"Saving": {"iSaveVelocity": "yes", "iSavePress": "yes", "field_precision": "double"}}
     one = fly(case.sub("n1"), **fields)
@@ -185,7 +185,8 @@ def test_flexible_ranks(case):
         for name in ("left_u", "left_v", "right_u", "right_v"):
             a, b = (struct.unpack(f"<{len(raw) // 8}d", raw) for raw in
                     (run.raw(run.newest_checkpoint(), name) for run in (one, other)))
-            close(a, b, ROUND_OFF, f"{name} on {ranks} ranks", floor=1e-9)
+            # Velocities are differences of displacements over a step, which here are twenty times smaller.
+            close(a, b, (10 if name.endswith("_v") else 1) * ROUND_OFF, f"{name} on {ranks} ranks", floor=1e-9)
         for name in BENT_SERIES:
             a, b = table(one, name), table(other, name)
             check(len(a) == len(b) >= 12, f"{name} has the same records on {ranks} ranks")

@@ -30,9 +30,9 @@ module solid_dynamics
     !> A factorisation serves further iterations if this many suffice at the present rate of convergence; they cost about as much as
     !> a factorisation, and are not counted. 0: a new tangent in every iteration.
     real(rp) :: worth_reuse = 7
-    !> Largest number of factorisations in a step, including its second attempt. After that the last factors are used in an
-    !> iterative solution. More factorisations follow only if the iterations fail, in a third attempt, and in a halved step, where
-    !> poor factors at the beginning cost more.
+    !> Without a reaction: the largest number of factorisations in a step, including its second attempt. After that the last
+    !> factors are used in an iterative solution. More factorisations follow only if the iterations fail, in a third attempt, and in
+    !> a halved step, where poor factors at the beginning cost more. With a reaction the first ones serve as long as they are good.
     integer :: factorisations = 3
   end type dynamic_options_t
 
@@ -163,9 +163,10 @@ contains
     integer, intent(inout) :: halvings, done
     logical, intent(out) :: can_try
     can_try = .true.
+    self%solver%is_slow = .true. ! the factors may be to blame
     if (now%worth_reuse > 0) then
       now%worth_reuse = 0
-    else if (now%factorisations < huge(1)) then ! iterations with older factors may be to blame
+    else if (now%factorisations < huge(1)) then
       now%factorisations = huge(1)
       self%has_factors = .false.
     else if (halvings < options%halvings) then
@@ -227,7 +228,8 @@ contains
     class(reaction_t), intent(inout), optional :: reaction
     real(rp) :: scale, floor, noise, small, size_r, last_size, newton_sizes(2)
     integer :: iteration, n_newton
-    logical :: was_iterated, is_warm, is_solved
+    real(rp), parameter :: ROUGH = 0.5_rp
+    logical :: was_iterated, is_warm, is_solved, is_rough
     floor = 4*epsilon(scale)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(scale)*hinge_forces(model)
     report%residuals = 0
@@ -246,12 +248,14 @@ contains
       small = max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
       converged = size_r <= small .and. iteration > 0
       if (converged) exit
-      if (was_iterated .or. needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
+      ! Where no force balances the residual, the shape is far from the solution, and an older tangent leads astray.
+      is_rough = present(reaction) .and. iteration > 0 .and. size_r > ROUGH*scale
+      if (was_iterated .or. is_rough .or. needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
         if (n_newton == options%iterations) exit
         if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! with the tangent before the last one
         n_newton = n_newton + 1
         newton_sizes = [newton_sizes(2), size_r]
-        call renew_tangent(self, model, inertia, options%factorisations, was_iterated, reaction)
+        call renew_tangent(self, model, inertia, options%factorisations, is_rough, was_iterated, reaction)
         if (.not. self%has_factors) exit
       end if
       if (present(reaction)) then
@@ -303,13 +307,15 @@ contains
     end associate
   end subroutine find_residual
 
-  !> Factorises the tangent at self%u, so that the equations can be solved. If the allowed number `most` of factorisations gives
-  !> none, the older factors are used. Without a reaction they then solve the equations at once, if they can (`was_iterated`).
-  subroutine renew_tangent(self, model, inertia, most, was_iterated, reaction)
+  !> Assembles the tangent at self%u, and factorises it if the equations need that. If the allowed number `most` of factorisations
+  !> gives none, the older factors are used, and solve the equations at once, if they can (`was_iterated`). With a reaction they are
+  !> used unless the wing `is_rough`, solutions are slow, or there is no limit.
+  subroutine renew_tangent(self, model, inertia, most, is_rough, was_iterated, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     integer, intent(in) :: most
+    logical, intent(in) :: is_rough
     logical, intent(out) :: was_iterated
     class(reaction_t), intent(inout), optional :: reaction
     logical :: is_scarce
@@ -317,7 +323,8 @@ contains
     is_scarce = self%has_factors .and. self%solver%n_factorisations >= most - 1 ! an indefinite one takes two
     call self%solver%assemble(model, inertia, self%u, .false.)
     if (is_scarce .and. .not. present(reaction)) call self%solver%iterate(model, self%r, was_iterated)
-    if (was_iterated .or. is_scarce .and. present(reaction)) return
+    if (was_iterated) return
+    if (present(reaction) .and. self%has_factors .and. most < huge(1) .and. .not. (is_rough .or. self%solver%is_slow)) return
     call self%solver%factorise(model, inertia, self%u, self%has_factors, reaction)
   end subroutine renew_tangent
 

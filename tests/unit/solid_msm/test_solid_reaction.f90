@@ -31,6 +31,7 @@ program test_solid_reaction
   call compare_differences()
   call compare_dense()
   call converge()
+  call count_work()
   call t%finish()
 
 contains
@@ -203,4 +204,36 @@ contains
     call t%check('in the linear range an iteration leaves what its linear equations leave', fine)
     call stepper%free()
   end subroutine converge
+
+  !> A sudden spin throws the extrapolated shape far off in the first steps, later steps are smooth.
+  subroutine count_work()
+    integer, parameter :: STEPS = 12
+    type(dynamics_t) :: stepper
+    type(dynamic_state_t) :: state
+    type(dynamic_options_t) :: options
+    type(step_report_t) :: report
+    type(steady_motion_t) :: spin
+    real(rp) :: force(3, model%n_all)
+    integer :: i, n(4, STEPS)
+    logical :: fine
+    spin%frame%omega = [0.0_rp, 300.0_rp, 1000.0_rp]
+    call stepper%init(model)
+    call state%init(model, 0.0_rp)
+    force = 0
+    force(3, :model%n_points) = 2.0e-3_rp/model%n_points
+    fine = .true.
+    do i = 1, STEPS
+      call reaction%begin_step(spin%frame, state%u, state%v)
+      call stepper%step(model, inertia, spin, force, DT, options, state, report, reaction=reaction)
+      fine = fine .and. report%converged
+      n(:, i) = [report%iterations, report%factorisations, report%inner, report%substeps]
+    end do
+    print '(a,/,(4i5))', 'iterations, factorisations, solutions, substeps', n
+    call t%check('steps of a wing that bends much are solved', fine .and. all(n(4, :) == 1))
+    ! 24 factorisations; one for each tangent would be 32.
+    call t%check('factors serve several tangents', sum(n(2, :)) <= 28)
+    ! 228 solutions and at most 9 iterations; 283 and 11 if the first tangents served on, far from the solution.
+    call t%check('tangents are new where the shape is far off', sum(n(3, :3)) <= 255 .and. maxval(n(1, :)) <= 10)
+    call stepper%free()
+  end subroutine count_work
 end program test_solid_reaction

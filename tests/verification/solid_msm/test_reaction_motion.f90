@@ -151,7 +151,7 @@ contains
     type(steady_motion_t) :: rest
     real(rp), allocatable :: weights(:, :), sites(:, :), v(:, :), force(:, :), old_v(:, :)
     integer, allocatable :: nodes(:, :)
-    real(rp) :: first(3), begun(3), constant(3), drift, sway, energy, last_energy, x, rough, most_rough, growth
+    real(rp) :: first(3), begun(3), constant(3), drift, allowed, sway, energy, last_energy, x, rough, most_rough, growth
     integer :: i
     logical :: fine
     what = ' of a kernel'
@@ -181,6 +181,7 @@ contains
     last_energy = energy_of(model, inertia, reaction, DT, state)
     fine = .true.
     drift = 0
+    allowed = 1.0e-10_rp
     sway = 0
     growth = 0
     rough = 0
@@ -194,14 +195,16 @@ contains
       constant = momentum(inertia, reaction, DT, state%v, state%old_v)
       if (i == 1) first = constant
       drift = max(drift, norm2(constant - first)/norm2(begun))
+      ! The sum of what Newton's method leaves at the points acts like a force.
+      allowed = allowed + DT*sqrt(real(model%n_free, rp))*minval(report%residuals, mask=report%residuals > 0)/norm2(begun)
       sway = max(sway, norm2(momentum(inertia, reaction, DT, state%v, state%v) - begun)/norm2(begun))
       energy = energy_of(model, inertia, reaction, DT, state)
       growth = max(growth, energy/last_energy - 1)
       last_energy = energy
     end do
-    print '(a,6es11.3)', 'drift, sway, growth, energy', drift, sway, growth, energy, last_energy
+    print '(a,7es11.3)', 'drift, allowed, sway, growth, energy', drift, allowed, sway, growth, energy, last_energy
     call t%check('every step of the light wing converges at once'//what, fine)
-    call t%check_below('momentum and impulses agree'//what, drift, 1.0e-10_rp)
+    call t%check_below('momentum and impulses agree'//what, drift, allowed)
     call t%check_below('momentum changes by what BDF2 leaves'//what, sway, 1.0e-3_rp)
     call t%check_below('energy does not grow'//what, growth, 1.0e-3_rp)
     call stepper%free()
