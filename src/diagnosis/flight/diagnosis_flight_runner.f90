@@ -36,6 +36,7 @@ module diagnosis_flight_runner
     real(rp) :: frequency = 0                          !< [Hz] of the beat
     real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
     real(rp) :: wind(3) = 0                            !< [m/s]
+    real(rp) :: along(3) = [1, 0, 0]                   !< unit vector along which drag points
     real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
