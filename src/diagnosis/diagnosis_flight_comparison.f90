@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Compares the flight of the case with the flight that records of forces have led to: the fitted changes of kinematics and flow, and
-!> what their posterior leaves of lift, drag and power. It needs no flights beyond those of the diagnosis, whose approximation of
-!> forces it uses. Errors of the balance are no part of a flight.
+!> Compares the flight of the case with the flight that records of forces have led to: the fitted changes of kinematics and flow,
+!> and what their posterior leaves of lift, drag and power. It needs no flights beyond those of the diagnosis, whose approximation
+!> of forces it uses. Errors of the balance are no part of a flight.
 module diagnosis_flight_comparison
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t

@@ -2,10 +2,11 @@
 !> Compares the flight of the baseline with that of the extended wing by their means over the beat: lift L, drag D, power P, L/D and
 !> L/P, with the 90 % intervals that the fit leaves.
 !>
-!> The coordinates q of the extended wing have a Gaussian posterior with the covariance C = A A^T, whose directions A are eigenvectors
+!> The coordinates q of the extended wing have a Gaussian posterior with the covariance C = A A^T. The directions A are eigenvectors
 !> times the square roots of the eigenvalues. Draws q + A z, with independent normal z, become draws of (L, D, P) by the response of
 !> the flight, and of each ratio by division. Intervals are quantiles of these draws. This covers ratios whose denominator is
-!> uncertain, for which the delta method fails. The baseline is a reference without an error: what would have flown without a diagnosis.
+!> uncertain, for which the delta method fails. The baseline is a reference without an error: what would have flown without a
+!> diagnosis.
 module diagnosis_flight_means
   use base_errors, only: require
   use base_kinds, only: i8, rp

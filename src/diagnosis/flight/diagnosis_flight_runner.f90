@@ -15,10 +15,11 @@ module diagnosis_flight_runner
 
   integer, parameter, public :: N_PHASES = 200 !< samples of a beat, at 0, 1/N_PHASES, ..
 
-  !> A request asks for one flight: the case with these changes, and with a smaller numerical error of one kind.
+  !> A request asks for one flight: the case with these changes, with a smaller numerical error of one kind, and with another wing.
   type :: flight_request_t
     real(rp) :: change(N_FLOW) = 0
     integer :: refinement = NOT_REFINED                !< or REFINE_*
+    character(:), allocatable :: wing                  !< sections of an input file that replace those of the case
   end type flight_request_t
 
   !> A record holds the result of one flight.

@@ -273,6 +273,7 @@ contains
                                                      (u%length*u%frequency))*length/time)
     end associate
     text = text//kinematics_text(self, request)
+    if (allocated(request%wing)) text = text//NL//request%wing
   end function case_text
 
   !> Returns the lines of [Insects] that change the kinematics as requested.
