@@ -30,7 +30,8 @@ module diagnose_settings
   use solid_effect, only: NEED_UNSTRESSED_REST
   use solid_effects, only: active_needs, clamp_axis, clamp_compliance
   use solid_mass, only: lump_mass
-  use solid_wing_refine, only: refine_params, refine_wing
+  use solid_params, only: solid_params_t
+  use solid_wing_refine, only: coarsen_params, refine_params, refine_wing
   implicit none
   private
   public :: diagnose_settings_t, load_diagnose_settings
@@ -122,12 +123,14 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(world_t), intent(in) :: world
     type(message_list_t), intent(inout) :: errors
+    type(solid_params_t) :: params
     type(settings_t), allocatable :: unused
     type(flight_request_t) :: request
     type(message_list_t) :: of_case
     integer :: i
-    request%wing = wing_lines(s%wing_case%requested, s%wing_case)
-    if (s%fits_finer) request%wing = wing_lines(s%file_requested, s%wing_case)
+    params = s%experiment%model%params
+    if (s%fits_finer) params = coarsen_params(params)
+    request%wing = wing_lines(params, s%wing_case)
     allocate (unused)
     call s%runner%case%read(request, unused, of_case, world)
     do i = 1, of_case%count()
