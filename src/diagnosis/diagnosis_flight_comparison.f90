@@ -6,7 +6,7 @@ module diagnosis_flight_comparison
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_flight_changes, only: N_CHANGES
-  use diagnosis_flight_means, only: compare_means, draw_directions, find_directions, flight_comparison_t, means_of, N_MEANS
+  use diagnosis_flight_means, only: compare_means, draw_directions, find_directions, means_of, N_MEANS
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT, wing_parameter_t

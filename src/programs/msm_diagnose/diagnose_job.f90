@@ -179,11 +179,11 @@ contains
     call describe_modes(self%settings, self%simulator, self%diagnosis)
     call describe_series(self%settings, self%simulator, self%diagnosis)
     call compare_flights(self%settings, self%diagnosis)
+    unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
+    call print_verdict(output_unit, self%settings, self%diagnosis, self%discretisation, next, zeros, unknown)
     call fly_wings(self%settings, self%diagnosis, self%further, self%outcome%failure)
     if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
     if (self%outcome%failure%failed) return
-    unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
-    call print_verdict(output_unit, self%settings, self%diagnosis, self%discretisation, next, zeros, unknown)
     call print_comparison(output_unit, self%settings)
     call write_fragments(self%settings, self%diagnosis, self%outcome%failure)
     call write_extended_flight(self%settings, self%diagnosis, self%outcome%failure)

@@ -8,8 +8,8 @@ program test_flight_means
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: FAR = 1.0e9_rp, Z_95 = 1.6448536269514722_rp
-  !> Four sd of the quantile of 5 % of N_DRAWS normal numbers, in sd: sqrt(0.05 0.95/N)/0.1031, the density of the normal distribution
-  !> there.
+  !> Four sd of the quantile of 5 % of N_DRAWS normal numbers, in sd: sqrt(0.05 0.95/N)/0.1031, the density of the normal
+  !> distribution there.
   real(rp), parameter :: TOLERANCE = 4*sqrt(0.05_rp*0.95_rp/N_DRAWS)/0.1031_rp
   integer(i8), parameter :: SEED = 1
   type(testkit_t) :: t
@@ -81,8 +81,8 @@ contains
             [0.1_rp, 0.4_rp, 0.0_rp]*z(2) - [0.2_rp, 0.1_rp, 0.3_rp]*z(3)
   end function along
 
-  !> A linear response to correlated parameters. The interval of a mean m with the variance s^2 is m +- 1.645 s. The ends r of that of
-  !> x/y solve (r y - x)^2 = 1.645^2 (s_x^2 - 2 r s_xy + r^2 s_y^2) (Fieller), as long as y hardly ever has another sign.
+  !> A linear response to correlated parameters. The interval of a mean m with the variance s^2 is m +- 1.645 s. The ends r of that
+  !> of x/y solve (r y - x)^2 = 1.645^2 (s_x^2 - 2 r s_xy + r^2 s_y^2) (Fieller), as long as y hardly ever has another sign.
   subroutine check_linear()
     real(rp), parameter :: RESPONSE(N_MEANS, 2) = reshape([0.3_rp, -0.15_rp, 0.8_rp, 0.2_rp, 0.1_rp, -1.0_rp], [N_MEANS, 2])
     real(rp), parameter :: MEAN(N_MEANS) = [2.0_rp, 1.0_rp, 5.0_rp], REFERENCE(N_MEANS) = [2.5_rp, 1.1_rp, 6.0_rp]
@@ -109,7 +109,7 @@ contains
       associate (y => MEAN(i - 2), xx => s(1, 1), xy => s(1, i - 2), yy => s(i - 2, i - 2))
         ends = fieller(MEAN(1), y, xx, xy, yy)
         sd = (ends(2) - ends(1))/(2*Z_95)
-        ! The upper quantile of a skewed ratio scatters more than that of a normal number: by its distance over that of the lower end.
+        ! The upper quantile of a skewed ratio scatters more than that of a normal number: by up to twice.
         call t%check_close('the lower end of a ratio', c%interval(1, i), ends(1), atol=2*TOLERANCE*sd)
         call t%check_close('the upper end of a ratio', c%interval(2, i), ends(2), atol=2*TOLERANCE*sd)
       end associate

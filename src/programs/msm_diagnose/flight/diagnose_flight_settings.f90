@@ -284,8 +284,8 @@ contains
       write (unit, '(a)') 'flights   after the diagnosis, if a cause is found: '//facts%path//' with both wings, and up to '// &
         number_text(2*directions)//' times for what the fit leaves of the extended wing', &
         '          about '//number_text(nint(facts%steps))//' steps each, '// &
-        time_text(seconds_of(facts, spread(NOT_REFINED, 1, n), world%size/ranks)/ranks)//' for all '//number_text(n)// &
-        ', very roughly'
+        time_text(seconds_of(facts, spread(NOT_REFINED, 1, n), world%size/ranks)/ranks)//' for the flow of all '// &
+        number_text(n)//', very roughly; the bending of the wings comes on top'
     end associate
     flush (unit)
   end subroutine print_wing_cost
