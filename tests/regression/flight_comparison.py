@@ -21,6 +21,7 @@ DT = 0.02  # of a beat
 N_PHASES = 200
 CASE = merged(FLIGHT, {"Resolution": {"nx": 24, "ny": 24, "nz": 12}, "Time": {"nt": 100000, "dt_fixed": DT, "Tmax": 1.0},
                        "Penalization": {"eps": 1.2 * DT}, "Insects": {"RightWing": "no"}, "Saving": {"tintegral": 1 / N_PHASES, "tsave": 100.0}})
+FEW = {"loads": [[0.00541, 0.00005, 6.0e-4], [0.00856, -0.00078, 1.0e-4]], "spacing": 8e-4, "protocol": {"levels": [1]}}
 INPUT = """[Wing]
 file = {wing}
 [Measurement]
@@ -37,7 +38,7 @@ noise = declared
 draws = 500
 starts = 1
 refits = 1
-observations = 400
+observations = 100
 validation = no
 intervals = no
 [Saving]
@@ -64,7 +65,7 @@ def means_of(folder):
 def test_wings(case):
     """Both wings and one direction: flights as flusi makes them with the files of the wings; nothing is flown twice, and with the same
     flights the result is the same to the bit on two ranks. The cost is printed before."""
-    measure(case, "data.h5", protocol={"levels": [1]}, stiffness={"E_gradient": -1.2})
+    measure(case, "data.h5", stiffness={"E_gradient": -1.2}, **FEW)
     case.write("wing.ini", ini_text(CASE))
     case.write("bent.ini", INPUT.format(wing=WING, more=""))
     done = case.flusi("bent.ini", "--plan")
@@ -101,7 +102,7 @@ def test_wings(case):
 
 def test_refused(case):
     """Rigid wings, another wing, and no case."""
-    measure(case, "data.h5", protocol={"levels": [1]})
+    measure(case, "data.h5", **FEW)
     case.write("bent.ini", INPUT.format(wing=WING, more=""))
     for changes, message in ((("Insects", "wings", "rigid"), "[Flight] compare: needs a case whose wings bend"),
                              (("Wing", "file", f"{SOURCE}/wings/calliphora.h5"), "the case cannot be simulated with the wing of this diagnosis")):

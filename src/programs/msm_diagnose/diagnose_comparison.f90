@@ -47,8 +47,8 @@ contains
       return
     end if
     text = 'the flight with the wing of the baseline, and with the extended wing'
-    if (c%n_directions > 0) text = text//' and '//number_text(c%n_directions)//' directions of its errors ('// &
-                                   number_text(nint(100*c%share))//' % of their variance)'
+    if (c%n_directions > 0) text = text//' and '//number_text(c%n_directions)//trim(merge(' directions', ' direction ', &
+      c%n_directions > 1))//' of its errors ('//number_text(nint(100*c%share))//' % of their variance)'
   end function what_is_compared
 
   !> Returns one row: both values, the interval of the second one, and its change.

@@ -45,7 +45,8 @@ def compared_html(diagnosis: dict[str, Any]) -> str:
     if found["wings_were_flown"]:
         which, heads = "The same flight with the wing of the baseline and with the extended wing", ("baseline", "extended wing")
         if found["directions"]:
-            which += f", of whose errors {found['directions']} directions have {100 * found['variance_share']:.0f} % of the variance"
+            have = "directions have" if found["directions"] > 1 else "direction has"
+            which += f", of whose errors {found['directions']} {have} {100 * found['variance_share']:.0f} % of the variance"
     else:
         which, heads = "The flight of the case as it is, and with what was found of kinematics and flow", ("the case", "with what was found")
     return ("<h2>Both flights</h2><p>" + which + ": means over the beat. The 90 % intervals are what the fit leaves of the second flight. "
