@@ -5,6 +5,7 @@ module diagnosis_case
   use base_kinds, only: rp
   use diagnosis_mode_row, only: mode_row_t
   use diagnosis_series_row, only: series_row_t
+  use diagnosis_flight_means, only: flight_comparison_t
   use diagnosis_noise, only: noise_estimate_t
   use diagnosis_wing_bins, only: bins_t
   use diagnosis_wing_catalogue, only: catalogue_t
@@ -31,6 +32,7 @@ module diagnosis_case
     type(flight_data_t) :: flights          !< of records of forces over the beat
     type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
     type(series_row_t), allocatable :: series(:) !< for reports, if records of motion were measured
+    type(flight_comparison_t) :: comparison !< of the flights of both wings, for reports
     logical :: fits_finer = .false.         !< all fits use a mesh of half the size of that in the file
     type(wing_t) :: file_wing               !< the wing of the file and the input, where `wing_case` has that with the finer mesh
     type(solid_params_t) :: file_requested

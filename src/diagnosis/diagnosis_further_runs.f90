@@ -36,6 +36,8 @@ module diagnosis_further_runs
   contains
     procedure :: init => runs_init
     procedure :: take_flights => runs_take_flights
+    procedure :: take_runner => runs_take_runner
+    procedure :: fly => runs_fly
     procedure :: renew => runs_renew
     procedure :: linearise => runs_linearise
     procedure :: serve => runs_serve
@@ -66,6 +68,27 @@ contains
     self%runner => runner
     self%flights => flights
   end subroutine runs_take_flights
+
+  !> Allows `fly`. `runner` must live as long as this.
+  subroutine runs_take_runner(self, runner)
+    class(further_runs_t), intent(inout) :: self
+    class(flight_runner_t), intent(in), target :: runner
+    self%runner => runner
+  end subroutine runs_take_runner
+
+  !> Simulates the requested flights that were not simulated before; see `flight_runner_t`. On rank 0, while the others are in
+  !> `serve`.
+  subroutine runs_fly(self, requests, records, failure)
+    class(further_runs_t), intent(inout) :: self
+    type(flight_request_t), intent(in) :: requests(:)
+    type(flight_record_t), allocatable, intent(out) :: records(:)
+    type(failure_t), intent(inout) :: failure
+    integer :: asked
+    call self%simulator%shut_down()
+    asked = self%world%max_integer(FLY)
+    call fly_requests(self, requests, records)
+    failure = self%outcome%failure
+  end subroutine runs_fly
 
   !> See `model_error_t`. On rank 0.
   subroutine runs_renew(self, whitener, q, state)
@@ -99,7 +122,6 @@ contains
     type(flight_response_t) :: response
     real(rp) :: c(N_CHANGES), sd_of(N_FLOW), steps(N_FLOW), origin(N_FLOW)
     logical :: refined(N_REFINEMENTS)
-    integer :: asked
     allocate (rows(0))
     if (.not. associated(self%flights)) return
     call find_changes(self, q, sd, c, sd_of)
@@ -113,10 +135,7 @@ contains
       refined = .false. ! the others stay as at the case
       refined(REFINE_GRID) = data%refined(REFINE_GRID)
       requests = response%requests(steps, refined, origin)
-      call self%simulator%shut_down()
-      asked = self%world%max_integer(FLY)
-      call fly_requests(self, requests, records)
-      failure = self%outcome%failure
+      call self%fly(requests, records, failure)
       if (failure%failed) return
       call response%move(origin, steps, refined, records, unmade)
       if (unmade%failed) return
@@ -188,6 +207,7 @@ contains
     type(flight_record_t), allocatable, intent(out) :: records(:)
     type(flight_request_t), allocatable :: shared(:)
     real(rp), allocatable :: numbers(:)
+    character(:), allocatable :: wing
     integer :: i, n
     n = size(requests)
     call self%world%broadcast_integer(n)
@@ -199,6 +219,12 @@ contains
         shared(i)%change = one(:N_FLOW)
         shared(i)%refinement = nint(one(N_FLOW + 1))
       end associate
+      wing = ''
+      if (i <= size(requests)) then
+        if (allocated(requests(i)%wing)) wing = requests(i)%wing
+      end if
+      call self%world%broadcast_text(wing)
+      if (wing /= '') shared(i)%wing = wing
     end do
     call self%runner%fly(self%world, shared, records, self%outcome)
   end subroutine fly_requests

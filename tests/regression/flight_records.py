@@ -8,8 +8,10 @@ usage: flight_records.py <msm_diagnose> <h5dump> <flusi> [tests]
 import functools
 import json
 import math
+import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -121,6 +123,36 @@ def flown(points, more="", surface="thin", third=0.0, half=0.5):
     return FORCE * np.stack([np.interp(TIMES, t, column) for column in columns], axis=1)
 
 
+@functools.lru_cache(maxsize=None)
+def flown_means(points, more):
+    """Mean lift, drag [N/m] and power [W/m] over the last beat of a flight of its own."""
+    return np.mean(flown(points, more), axis=0)[[1, 0, 2]]
+
+
+def check_comparison(found, text):
+    """Flights with the lead at the ends of its interval have the means that the table says: their intervals come from the same flights
+    by a parabola, and the ends by a Gaussian posterior in place of the profile."""
+    table = found["flights"]
+    check(table["is_known"] and not table["wings_were_flown"] and table["directions"] == 1, f"both flights are compared: {table}")
+    check("compared  the flight of the case, and with what was found: means over the beat" in text, text)
+    means = {one["name"]: one for one in table["means"]}
+    before = flown_means(8, "")
+    ends = [flown_means(8, f"kinematics_lead = {lead!r} 0 0\n") for lead in found["extended"]["intervals_90"][0]["lower_best_upper"]]
+    for k, name in enumerate(("lift", "drag", "power")):
+        one = means[name]
+        size = max(abs(one["baseline"]), abs(means["lift"]["baseline"]) if k < 2 else 0)
+        check(abs(one["baseline"] - before[k]) < 0.01 * size and abs(one["extended"] - ends[1][k]) < 0.01 * size,
+              f"{name}: {one} {before[k]} {ends[1][k]}")
+        low, high = sorted((ends[0][k], ends[2][k]))
+        width = high - low
+        check(abs(one["interval_90"][0] - low) < 0.3 * width + 0.01 * size and abs(one["interval_90"][1] - high) < 0.3 * width + 0.01 * size,
+              f"{name}: {one['interval_90']}, flown {low} to {high}")
+    ratio = means["lift/power"]
+    check(abs(ratio["extended"] - means["lift"]["extended"] / means["power"]["extended"]) < 1e-12 * abs(ratio["extended"]), f"{ratio}")
+    change = means["power"]["extended"] / means["power"]["baseline"] - 1
+    check(abs(means["power"]["change"] - change) < 1e-12, f"{means['power']}")
+
+
 def write_data(path, mean, seed, error=ERROR, noise=1.0, **attributes):
     """A measurement of nothing else, with errors that cover what grids of 8 and 12 points per chord differ by. `noise` is the share of
     the stated errors that scatters."""
@@ -178,6 +210,7 @@ def test_lead(case):
           f"what was found is flown until it stays: {moved} sd")
     check("then up to 3 rounds if a cause is clear, each of 2 flights with the fitted values and up to 2 more for each of its parameters" in text
           and text.index("then up to") < text.index("flight    "), f"the cost is told before anything is flown: {text}")
+    terminal = text
     text = (case.folder / "lead_extended_flight.ini").read_text()
     check(abs(float(text.split("kinematics_lead =")[1].split()[0]) - best) < 1e-3, f"the case with that lead: {text}")
     done = subprocess.run([FLUSI, "../lead_extended_flight.ini", "--check"], cwd=case.folder / "case", capture_output=True, text=True,
@@ -185,6 +218,7 @@ def test_lead(case):
     check(done.returncode == 0 and "kinematics_lead" in done.stdout, done.stderr)
     mistakes = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
     check(not mistakes, f"the JSON file is what the schema says: {mistakes}")
+    check_comparison(found, terminal)
     for record in flight_of(found)["sets"]:
         sd = np.array(record["sd"])
         before, after = (np.mean(((np.array(record[name]) - record["measured"]) / sd) ** 2) for name in ("simulated", "extended"))
@@ -350,6 +384,34 @@ def test_joint(case):
     check("not settled: the last simulation with the fitted values still changed them by" in found["verdict"]["sentence"], "the verdict says so")
 
 
+def test_modes_beside(case):
+    """Natural modes and forces in one file: both are adequate with the stiffness of the veins, and a lead is found beside them that no
+    mode depends on."""
+    modes = {"wing": str(SOURCE / "wings/calliphora_small.h5"), "modes": 3, "missing": [], "sites": 6, "seed": 4, "medium": "vacuum",
+             "stiffness": {"plate": "edges", "E": 1.1e10}, "noise": {"frequency": 0.003, "shape": 0.02}}
+    (case.folder / "modes.json").write_text(json.dumps(modes))
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/make_modes", "modes.json", "-o", "data.h5"], cwd=case.folder, check=True,
+                   stdout=subprocess.DEVNULL)
+    write_data(case.folder / "forces.h5", flown(12, "kinematics_lead = 0.05 0 0\n"), 6)
+    with h5py.File(case.folder / "data.h5", "r+") as data, h5py.File(case.folder / "forces.h5") as other:
+        other.copy("flight", data)
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", "data.h5"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
+    code, found, text = diagnose(case, "data.h5", "beside", "effects = pitch_lead, balance_gain, balance_delay\nrounds = 1\n",
+                                 options="parameters = E\nrefine = no\nvalidation = no\nrefits = 1\n")
+    check(code == NAMED and names(found) == ["pitch_lead"], text)
+    entries = {one["kind"]: one for one in found["data"]}
+    check(list(entries) == ["modes", "flight"], f"both are data: {list(entries)}")
+    of_modes, of_flight = entries["modes"], entries["flight"]
+    check(abs(of_modes["extended_chi2"] - of_modes["baseline_chi2"]) < 0.1 < of_flight["baseline_chi2"] - of_flight["extended_chi2"],
+          f"modes do not depend on the lead: {of_modes['baseline_chi2']} {of_modes['extended_chi2']}")
+    young, = [one["value"] for one in found["baseline"]["parameters"] if one["name"] == "E"]
+    check(abs(young / 1.1e10 - 1) < 0.05, f"modes tell the stiffness: {young}")
+    lead, = [one["value"] for one in found["extended"]["parameters"] if one["name"] == "pitch_lead"]
+    check(0.03 < lead < 0.07, f"the plate turns 0.05 beats early: {lead}")
+    problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
+    check(not problems, f"the JSON file is what the schema says: {problems}")
+
+
 def minutes(text, before, after):
     """The number of minutes that stands between two parts of a text; one hour has 60."""
     number, unit = text.split(before)[1].split(after)[0].split()[-2:]
@@ -432,6 +494,51 @@ def test_stop(case):
     _, _, text = diagnose(case, "data.h5", "parts", few, cache="parts-flights")
     check("1 are still to be simulated" in text, f"it goes on: {text}")
     check(forces(case.folder / "parts-flights") == forces(case.folder / "whole-flights"), "and ends with the same numbers")
+
+
+def lock_of_this_process():
+    """The text of a lock file that this process would write."""
+    birth = Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19]
+    return f"% locked\nhost = {socket.gethostname()}\nprocess = {os.getpid()}\nbirth = {birth}\nsince = now\n"
+
+
+def test_shared(case):
+    """Two diagnoses share the folder of flights. One waits while the other simulates a flight that both need, and takes it then: no
+    file of the flight changes. Two at the same time simulate each flight once."""
+    few = "effects = pitch_lead, balance_gain\nrefine = no\nrounds = 0\n"
+    write_data(case.folder / "data.h5", flown(8, "kinematics_lead = 0.04 0 0\n"), 4)
+    diagnose(case, "data.h5", "one", few, cache="ours")
+    first = (case.folder / "one.json").read_bytes()
+    folder = sorted((case.folder / "ours").iterdir())[0]
+    ended = (folder / "ended").read_text()
+    (folder / "ended").unlink()
+    (folder / "flight.lock").write_text(lock_of_this_process())
+    before = {path.name: (path.stat().st_mtime_ns, path.stat().st_ino) for path in folder.iterdir()}
+    case.start("one.ini", "--exit-code")
+    end = time.monotonic() + ALIVE
+    while "waiting   " not in case.out.read_text():
+        check(case.process.poll() is None and time.monotonic() < end, f"it waits: {case.out.read_text()}")
+        time.sleep(0.02)
+    (folder / "ended").write_text(ended)
+    (folder / "flight.lock").unlink()
+    done = case.wait()
+    check(done.code in (NAMED, SET) and "flight    " not in done.out, f"it takes the flight: {done}")
+    check(f"process {os.getpid()} on {socket.gethostname()}" in done.out, f"it says for whom it waits: {done.out}")
+    after = {path.name: (path.stat().st_mtime_ns, path.stat().st_ino) for path in folder.iterdir()}
+    check({**after, "ended": 0} == {**{k: v for k, v in before.items() if k != "flight.lock"}, "ended": 0}, f"{before} {after}")
+    check((case.folder / "one.json").read_bytes() == first, "with the same result")
+    both = [case, case.sub("other")]
+    shutil.copy(case.folder / "data.h5", both[1].folder)
+    for one, cache in zip(both, ("both", "../both")):
+        write_input(one, "data.h5", "one", few, cache)
+        (one.folder / "case/hover.ini").touch()
+        name = one.folder / "one.ini"
+        name.write_text(name.read_text().replace("case/hover.ini", str(case.folder.resolve() / "case/hover.ini")))
+        one.start("one.ini", "--exit-code")
+    told = [one.wait() for one in both]
+    check(all(done.code in (NAMED, SET) for done in told), f"{told}")
+    check(sum(done.out.count("flight    ") for done in told) == 3, f"each flight once: {told}")
+    check(len(forces(case.folder / "both")) == 3 and forces(case.folder / "both") == forces(case.folder / "ours"), "the same flights")
 
 
 def test_refused(case):

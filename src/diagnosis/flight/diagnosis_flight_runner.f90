@@ -15,10 +15,11 @@ module diagnosis_flight_runner
 
   integer, parameter, public :: N_PHASES = 200 !< samples of a beat, at 0, 1/N_PHASES, ..
 
-  !> A request asks for one flight: the case with these changes, and with a smaller numerical error of one kind.
+  !> A request asks for one flight: the case with these changes, with a smaller numerical error of one kind, and with another wing.
   type :: flight_request_t
     real(rp) :: change(N_FLOW) = 0
     integer :: refinement = NOT_REFINED                !< or REFINE_*
+    character(:), allocatable :: wing                  !< sections of an input file that replace those of the case
   end type flight_request_t
 
   !> A record holds the result of one flight.
@@ -36,6 +37,7 @@ module diagnosis_flight_runner
     real(rp) :: frequency = 0                          !< [Hz] of the beat
     real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
     real(rp) :: wind(3) = 0                            !< [m/s]
+    real(rp) :: along(3) = [1, 0, 0]                   !< unit vector along which drag points
     real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records

@@ -32,7 +32,8 @@ module common_diagnose_keys
   !> Holds what a user chooses for the simulation of flights.
   type :: flight_choices_t
     character(:), allocatable :: file, folder, effects, refine
-    integer :: ranks = 0, beats = 1, harmonics = 1, rounds = 0
+    integer :: ranks = 0, beats = 1, harmonics = 1, rounds = 0, directions = 1
+    logical :: compare = .false.
     real(rp) :: model_sd = 0
     real(rp) :: wall_distance = 0, body_length = 0, body_radius = 0 !< m, 0: not stated
     integer :: wall_side = WALL_BELOW
@@ -125,7 +126,8 @@ contains
   subroutine flight_keys(keys, c)
     type(keys_t), intent(inout) :: keys
     type(flight_choices_t), intent(inout) :: c
-    call keys%section('Flight', 'simulation of the experiment whose forces are in /flight of the measurement file')
+    call keys%section('Flight', 'simulation of the experiment whose forces are in /flight of the measurement file, or '// &
+                      'of flights with the wings of a diagnosis')
     call keys%text('file', c%file, '', 'parameter file of flusi that simulates the experiment, with the measured kinematics '// &
                    'and a section [units]')
     call keys%text('folder', c%folder, 'flights', 'folder of the simulated flights; flights that are complete there are not '// &
@@ -148,6 +150,11 @@ contains
                    'box, the thickness of the wing or the beats (docs/results/flight-records.md)', min=0.0_rp, max=1.0_rp)
     call keys%integer('harmonics', c%harmonics, 40, 'highest harmonic of the beat that is kept of the simulated '// &
                       'forces', min=1, max=99)
+    call keys%switch('compare', c%compare, .false., 'for a measurement without /flight: if a cause is found, simulate the case '// &
+                     'with the wing of the baseline and with the extended wing, and print lift, drag and power of both '// &
+                     'with the intervals that the fit leaves')
+    call keys%integer('directions', c%directions, 3, 'compare: number of directions, those with the largest variance, of what '// &
+                      'the fit leaves of the extended wing; each takes two flights', min=1, max=100)
     call keys%real('wall_distance', c%wall_distance, 0.0_rp, 'effect `wall`: distance of a wall from [Insects] x0 that the '// &
                    'case leaves out; 0: none', unit='m', min=0.0_rp)
     call keys%kind('wall_side', c%wall_side, 'below', WALL_SIDES, 'side of this wall; below: toward -z, beside: toward -y')

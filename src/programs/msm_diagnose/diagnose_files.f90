@@ -28,7 +28,7 @@ module diagnose_files
   use solid_wing_refine, only: coarsen_params
   implicit none
   private
-  public :: write_fragments, write_maps, write_next
+  public :: wing_text, write_fragments, write_maps, write_next
 
   character(*), parameter :: NL = new_line('a')
 
@@ -66,15 +66,35 @@ contains
     character(:), allocatable :: mesh
     call fit_case_params(s%experiment, s%wing_case%wing, s%catalogue%parameters, q, fit_case, params)
     mesh = ''
-    if (s%fits_finer) then
-      params = coarsen_params(params)
-      mesh = '; fitted on a mesh of half the size'//NL
-    end if
+    if (s%fits_finer) mesh = '; fitted on a mesh of half the size'//NL
     call write_text(path, '; Stiffness of '//s%wing_case%path//' from '//s%measurement_path//NL//'; by msm_diagnose '// &
                     BUILD_VERSION//' ('//BUILD_COMMIT//'): '//what//NL//mesh//'; [include] file = '//path//NL//NL// &
-                    wing_lines(params, s%wing_case)//mass_lines(s, q)//damping_lines(s, q)// &
+                    lines_of(s, q, params)// &
                     instrument_lines(fit_case%experiment%instrument_at(fit_case_coordinates(fit_case, q))), failure)
   end subroutine write_fragment
+
+  !> Returns the sections of an input file that make the wing with the parameters `q`, for the mesh in the wing file.
+  function wing_text(s, q) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    real(rp), intent(in) :: q(:)
+    character(:), allocatable :: text
+    type(fit_case_t) :: fit_case
+    type(solid_params_t) :: params
+    call fit_case_params(s%experiment, s%wing_case%wing, s%catalogue%parameters, q, fit_case, params)
+    text = lines_of(s, q, params)
+  end function wing_text
+
+  !> Returns the sections [Wing], [Mass] and [Damping] of the wing with the parameters `q`, of which `params` are its stiffness.
+  function lines_of(s, q, params) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    real(rp), intent(in) :: q(:)
+    type(solid_params_t), intent(in) :: params
+    character(:), allocatable :: text
+    type(solid_params_t) :: of_file
+    of_file = params
+    if (s%fits_finer) of_file = coarsen_params(params)
+    text = wing_lines(of_file, s%wing_case)//mass_lines(s, q)//damping_lines(s, q)
+  end function lines_of
 
   !> Writes NAME.h5. For each load it holds the averages with the residuals of the baseline and of the extended wing, as they are
   !> and whitened. It also holds the tables of modes and of records of motion, and a map of where on the wing an unknown cause would

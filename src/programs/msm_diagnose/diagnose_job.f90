@@ -13,16 +13,19 @@ module diagnose_job
   use common_diagnose_keys, only: REFINES
   use common_wing_doubts, only: print_notices
   use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
+  use diagnose_comparison, only: print_comparison
   use diagnose_draws, only: draws_file_t
   use diagnose_files, only: write_fragments, write_maps, write_next
   use diagnose_flight_json, only: write_extended_flight
-  use diagnose_flight_settings, only: fly_all, print_cost
+  use diagnose_flight_settings, only: fly_all, print_cost, print_wing_cost
   use diagnose_json, only: write_diagnosis_json
   use diagnose_plan_report, only: print_plan
   use diagnose_results, only: print_results, PLAN_RESULT, RESULTS
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use diagnose_summary, only: print_verdict
+  use diagnose_wing_flights, only: fly_wings
   use diagnosis_discretisation, only: discretisation_error_t
+  use diagnosis_flight_comparison, only: compare_flights
   use diagnosis_further_runs, only: further_runs_t
   use diagnosis_mode_report, only: describe_modes
   use diagnosis_series_report, only: describe_series
@@ -117,6 +120,7 @@ contains
     end if
     if (self%settings%flights%is_ready) &
       call self%further%take_flights(self%settings%choices%flight%rounds, self%settings%runner, self%settings%flights)
+    if (self%settings%choices%flight%compare) call self%further%take_runner(self%settings%runner)
   end subroutine diagnose_begin
 
   !> Prints what the flights cost, and simulates them unless this is a plan. Collective.
@@ -124,6 +128,8 @@ contains
     class(diagnose_t), intent(inout) :: self
     type(diagnose_command_t), intent(in) :: command
     associate (s => self%settings)
+      if (s%choices%flight%compare .and. self%world%is_root) &
+        call print_wing_cost(output_unit, s%choices%flight%directions, s%runner, s%flights%facts, self%world)
       if (.not. s%flights%has_records) return
       if (self%world%is_root) call print_cost(output_unit, s%choices%flight%rounds, s%runner, s%flights, self%world)
       flush (output_unit)
@@ -172,8 +178,13 @@ contains
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
     call describe_modes(self%settings, self%simulator, self%diagnosis)
     call describe_series(self%settings, self%simulator, self%diagnosis)
+    call compare_flights(self%settings, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%discretisation, next, zeros, unknown)
+    call fly_wings(self%settings, self%diagnosis, self%further, self%outcome%failure)
+    if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
+    if (self%outcome%failure%failed) return
+    call print_comparison(output_unit, self%settings)
     call write_fragments(self%settings, self%diagnosis, self%outcome%failure)
     call write_extended_flight(self%settings, self%diagnosis, self%outcome%failure)
     call write_maps(self%settings, self%simulator, self%diagnosis, self%outcome%failure)

@@ -6,6 +6,7 @@ module diagnose_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
+  use diagnose_comparison, only: put_comparison
   use diagnose_json_parts, only: put_discretisation, put_next
   use diagnose_counts, only: counts_t
   use diagnose_data_json, only: put_data
@@ -66,6 +67,7 @@ contains
     end do
     call json%close()
     call put_extension(json, s, d)
+    call put_comparison(json, s)
     call put_validation(json, d)
     call put_zeros(json, zeros)
     if (allocated(d%tests%checks)) call put_checks(json, 'questions', d%tests%checks)

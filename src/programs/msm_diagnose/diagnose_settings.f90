@@ -9,12 +9,14 @@ module diagnose_settings
                                   REFINE_FIT, REFINE_NO, REFINE_UNSTATED
   use common_measurement_keys, only: read_measurement_keys
   use common_overwrite_guard, only: refuse_overwriting
+  use common_wing_fragment, only: wing_lines
   use common_wing_keys, only: read_wing_keys
   use common_wing_settings, only: check_name
   use diagnose_flight_settings, only: load_flights
   use diagnose_flights, only: flusi_runner_t
   use diagnose_results, only: PLAN_RESULT, RESULTS
   use diagnosis_case, only: diagnosis_case_t
+  use diagnosis_flight_runner, only: flight_request_t
   use diagnosis_noise, only: estimate_noise, assume_noise
   use diagnosis_wing_bins, only: make_bins, default_bin_size
   use diagnosis_wing_catalogue, only: make_catalogue
@@ -24,10 +26,12 @@ module diagnose_settings
   use io_registry, only: registry_t
   use measurement_data, only: measurement_t
   use parallel_world, only: world_t
+  use simulation_settings, only: settings_t
   use solid_effect, only: NEED_UNSTRESSED_REST
   use solid_effects, only: active_needs, clamp_axis, clamp_compliance
   use solid_mass, only: lump_mass
-  use solid_wing_refine, only: refine_params, refine_wing
+  use solid_params, only: solid_params_t
+  use solid_wing_refine, only: coarsen_params, refine_params, refine_wing
   implicit none
   private
   public :: diagnose_settings_t, load_diagnose_settings
@@ -75,6 +79,7 @@ contains
     if (errors%count() == 0) call load_flights(s%config, s%choices%flight, s%measurement, world, s%runner, s%flights, &
                                                errors, notices)
     if (errors%count() == 0) call make_all(s, errors, notices)
+    if (errors%count() == 0 .and. s%choices%flight%compare) call check_compared_wing(s, world, errors)
   end subroutine load_diagnose_settings
 
   !> Adds a mistake if a measurement of natural modes or motion lacks what it needs: the mass of the wing, a wing that is flat and
@@ -112,6 +117,27 @@ contains
     call refuse_overwriting(s%config, 'Saving', 'name', s%name//PLAN_RESULT, inputs, errors)
     call refuse_overwriting(s%config, 'Saving', 'draws', s%draws_path, inputs, errors)
   end subroutine check_output_files
+
+  !> Adds a mistake if the case of [Flight] cannot be flown with the wing of this diagnosis. Collective.
+  subroutine check_compared_wing(s, world, errors)
+    type(diagnose_settings_t), intent(in) :: s
+    type(world_t), intent(in) :: world
+    type(message_list_t), intent(inout) :: errors
+    type(solid_params_t) :: params
+    type(settings_t), allocatable :: unused
+    type(flight_request_t) :: request
+    type(message_list_t) :: of_case
+    integer :: i
+    params = s%experiment%model%params
+    if (s%fits_finer) params = coarsen_params(params)
+    request%wing = wing_lines(params, s%wing_case)
+    allocate (unused)
+    call s%runner%case%read(request, unused, of_case, world)
+    do i = 1, of_case%count()
+      call s%config%complain(errors, 'Flight', 'compare', 'the case cannot be simulated with the wing of this diagnosis: '// &
+                             of_case%text(i))
+    end do
+  end subroutine check_compared_wing
 
   !> Replaces the wing of the file by one with a finer mesh, and keeps the wing of the file.
   subroutine take_finer(s)

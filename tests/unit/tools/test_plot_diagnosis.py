@@ -188,6 +188,21 @@ class Report(unittest.TestCase):
         done = run_tool("plot_diagnosis", self.folder / "diagnosis.json", "--flight", self.folder, self.folder)
         self.assertIn("forces.t", done.stderr)
 
+    def test_compared(self):
+        """Means of two flights with what the fit leaves of them; a ratio whose denominator may be 0 has no number."""
+        def mean(name, unit, baseline, extended, **more):
+            return {"name": name, "unit": unit, "is_determined": bool(more), "baseline": baseline, "extended": extended, **more}
+        means = [mean("lift", "N", 1.5e-3, 1.2e-3, interval_90=[1.1e-3, 1.35e-3], change=-0.2, change_interval_90=[-0.2667, -0.1]),
+                 mean("lift/drag", "1", 3.0, 2.5)]
+        found = {"is_known": True, "case": "hover.ini", "is_section": False, "wings_were_flown": True, "directions": 2,
+                 "variance_share": 0.93, "means": means}
+        text = self.told(flights=found)
+        for part in ("2 directions have 93 % of the variance", ">lift [mN]<", ">1.50<", ">1.20<", ">1.10 to 1.35<",
+                     ">-20 % (-27 to -10)<", ">not determined: its denominator may be 0<"):
+            self.assertIn(part, text)
+        self.assertIn("They are not compared: it diverged.", self.told(flights={"is_known": False, "reason": "it diverged"}))
+        self.assertNotIn("Both flights", self.told())
+
     def test_adequate(self):
         """Nothing was found: no extension, no gain, and a wing file that is gone."""
         text = self.page(diagnosis={**DIAGNOSIS, "wing": "gone.h5", "extended": {"is_found": False},

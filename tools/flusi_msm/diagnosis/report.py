@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
+from flusi_msm.diagnosis.comparison import compared_html
 from flusi_msm.diagnosis.values import Value, in_text, said_of
 from flusi_msm.page_parts import badge, document, figure_html, table_html
 
@@ -410,7 +411,7 @@ def page(diagnosis: dict[str, Any], pictures: Sequence[tuple[str, str, bytes | l
 {data_table(diagnosis)}
 {extension(diagnosis)}
 {shifts(diagnosis)}
-{flight_html(flight)}
+{compared_html(diagnosis)}{flight_html(flight)}
 {"".join(figure_html(picture) for picture in pictures)}
 {candidates(diagnosis)}
 {questions(diagnosis)}

@@ -101,6 +101,7 @@ contains
       facts%frequency = s%flight%frequency()*u%frequency
       facts%speed = (s%flight%tip_speed() + s%flight%motion%mean_speed())*u%length*u%frequency
       facts%wind = s%fluid%mean%velocity*u%length*u%frequency
+      facts%along = drag_direction(s)
       has_table = s%flight%motion%kind == MOTION_TABLE
       facts%missing = ''
       if (facts%is_section) then
@@ -120,6 +121,16 @@ contains
     end associate
     call find_inertia(self, facts%inertia)
   end subroutine case_tell
+
+  !> Returns the unit vector along which drag points: the horizontal mean flow or, without one, x; in a section y.
+  pure function drag_direction(s) result(along)
+    type(settings_t), intent(in) :: s
+    real(rp) :: along(3)
+    along = [s%fluid%mean%velocity(1:2), 0.0_rp]
+    if (s%fluid%grid%is_2d) along(1) = 0
+    if (norm2(along) <= 0) along = merge([0, 1, 0], [1, 0, 0], s%fluid%grid%is_2d)
+    along = along/norm2(along)
+  end function drag_direction
 
   !> Tells whether any wing leaves its stroke plane by an angle that varies.
   pure logical function deviates(s)
@@ -262,6 +273,7 @@ contains
                                                      (u%length*u%frequency))*length/time)
     end associate
     text = text//kinematics_text(self, request)
+    if (allocated(request%wing)) text = text//NL//request%wing
   end function case_text
 
   !> Returns the lines of [Insects] that change the kinematics as requested.

@@ -26,13 +26,14 @@ module diagnose_flight_settings
   use parallel_world, only: world_t
   implicit none
   private
-  public :: fly_all, load_flights, print_cost
+  public :: fly_all, load_flights, print_cost, print_wing_cost
 
   real(rp), parameter :: SAME_FREQUENCY = 0.01_rp !< relative
 
 contains
 
-  !> Reads the case that the records of the measurement need. Mistakes go to `errors` and remarks to `notices`. Collective.
+  !> Reads the case that the records of the measurement, or a comparison of two wings, need. Mistakes go to `errors` and remarks to
+  !> `notices`. Collective.
   subroutine load_flights(config, c, measurement, world, runner, data, errors, notices)
     type(config_t), intent(in) :: config
     type(flight_choices_t), intent(in) :: c
@@ -41,23 +42,58 @@ contains
     type(flusi_runner_t), intent(inout) :: runner
     type(flight_data_t), intent(inout) :: data
     type(message_list_t), intent(inout) :: errors, notices
-    type(message_list_t) :: of_case, remarks
-    character(:), allocatable :: path, problem
-    logical :: is_named(N_REFINEMENTS)
-    integer :: i
-    if (measurement%count_flights() == 0) return
+    logical :: is_named(N_REFINEMENTS), has_records
+    has_records = measurement%count_flights() > 0
+    if (.not. (has_records .or. c%compare)) return
+    if (has_records .and. c%compare) call config%complain(errors, 'Flight', 'compare', &
+      'is for a measurement without /flight: with records of forces both flights are always compared')
     if (c%file == '') then
-      call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of forces in /flight; name the '// &
-                           'flusi case that simulates this experiment')
+      if (has_records) then
+        call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of forces in /flight; '// &
+                             'name the flusi case that simulates this experiment')
+      else
+        call config%complain(errors, 'Flight', 'file', 'is missing: compare = yes simulates this flusi case with two wings')
+      end if
       return
     end if
+    call check_effects(config, c%effects, errors)
+    call take_refinements(config, c%refine, data%refined, is_named, errors)
+    call load_case(config, c, world, runner, errors, notices)
+    if (errors%count() > 0) return
+    if (.not. has_records) then
+      if (.not. runner%facts%is_flexible) call config%complain(errors, 'Flight', 'compare', &
+        'needs a case whose wings bend, with [Insects] wings = flexible; in '//c%file//' they are rigid')
+      data%refined = .false.
+      data%facts = runner%facts
+      return
+    end if
+    call runner%case%judge(data%refined, world, runner%facts)
+    call drop_refinements(config, runner%facts, is_named, data%refined, errors, notices)
+    call check_records(measurement, runner, errors)
+    call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
+    data%has_records = .true.
+    data%facts = runner%facts
+    data%effects = c%effects
+    data%model_sd = c%model_sd
+    data%response%n_harmonics = c%harmonics
+    data%response%wind = runner%facts%wind
+  end subroutine load_flights
+
+  !> Reads the case of [Flight] and fills the facts of the runner. Mistakes go to `errors` and remarks to `notices`. Collective.
+  subroutine load_case(config, c, world, runner, errors, notices)
+    type(config_t), intent(in) :: config
+    type(flight_choices_t), intent(in) :: c
+    type(world_t), intent(in) :: world
+    type(flusi_runner_t), intent(inout) :: runner
+    type(message_list_t), intent(inout) :: errors, notices
+    type(message_list_t) :: of_case, remarks
+    character(:), allocatable :: path, problem
+    integer :: i
     call find_beside(config%file_name(), c%file, path, problem, world)
     if (allocated(problem)) then
       call config%complain(errors, 'Flight', 'file', problem)
       return
     end if
-    call check_effects(config, c%effects, errors)
-    call take_refinements(config, c%refine, data%refined, is_named, errors)
     call runner%case%load(path, c%beats, world, of_case, remarks)
     do i = 1, of_case%count()
       call errors%add(of_case%text(i))
@@ -75,17 +111,7 @@ contains
       omitted%body_radius = c%body_radius/length
     end associate
     call runner%case%tell(runner%facts)
-    call runner%case%judge(data%refined, world, runner%facts)
-    call drop_refinements(config, runner%facts, is_named, data%refined, errors, notices)
-    call check_records(measurement, runner, errors)
-    call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
-    data%has_records = .true.
-    data%facts = runner%facts
-    data%effects = c%effects
-    data%model_sd = c%model_sd
-    data%response%n_harmonics = c%harmonics
-    data%response%wind = runner%facts%wind
-  end subroutine load_flights
+  end subroutine load_case
 
   !> Reads which numerical errors a flight of its own makes smaller, and which of them the user names. Adds a mistake for a word
   !> that is not a refinement.
@@ -244,6 +270,25 @@ contains
       trim(merge('2 flights', '1 flight ', of_grid(REFINE_GRID)))//' with the fitted values and up to 2 more for each of its '// &
       'parameters: '//time_text(seconds_of(data%facts, of_round%refinement, n_groups)/ranks)//' with one parameter'
   end subroutine print_cost
+
+  !> Prints on `unit` how many flights the comparison of two wings needs at most, and how long they may take. Not collective.
+  subroutine print_wing_cost(unit, directions, runner, facts, world)
+    integer, intent(in) :: unit, directions
+    type(flusi_runner_t), intent(in) :: runner
+    type(flight_facts_t), intent(in) :: facts
+    type(world_t), intent(in) :: world
+    integer :: ranks
+    ranks = world%size
+    if (runner%ranks > 0) ranks = min(ranks, runner%ranks)
+    associate (n => 2 + 2*directions)
+      write (unit, '(a)') 'flights   after the diagnosis, if a cause is found: '//facts%path//' with both wings, and up to '// &
+        number_text(2*directions)//' times for what the fit leaves of the extended wing', &
+        '          about '//number_text(nint(facts%steps))//' steps each, '// &
+        time_text(seconds_of(facts, spread(NOT_REFINED, 1, n), world%size/ranks)/ranks)//' for the flow of all '// &
+        number_text(n)//', very roughly; the bending of the wings comes on top'
+    end associate
+    flush (unit)
+  end subroutine print_wing_cost
 
   !> Returns the first of the steps that are above 0 alone.
   pure function one_step(steps)

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Simulates flights with `flusi` inside this program. Groups of ranks simulate whole flights, each in a folder of its own, whose
 !> name depends on the inputs of the flight. A flight that has ended is read and not simulated again. An interrupted flight
-!> continues from its backup, or begins again if it has none.
+!> continues from its backup, or begins again if it has none. Several diagnoses may share the folder of all flights: a lock in the
+!> folder of a flight keeps others away from its first file to the mark of its end, and they take the flight then.
 module diagnose_flights
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, message_list_t
@@ -9,6 +10,7 @@ module diagnose_flights
   use base_kinds, only: rp
   use base_outcome, only: outcome_t, OUTCOME_COLLISION, OUTCOME_DIVERGED, OUTCOME_DONE, OUTCOME_MISTAKE, &
                           OUTCOME_NOT_CONVERGED, OUTCOME_UNWRITABLE
+  use base_pause, only: pause_for
   use base_redirection, only: change_folder, redirection_t
   use base_text, only: number_text
   use base_text_file, only: write_text
@@ -17,6 +19,7 @@ module diagnose_flights
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t, N_PHASES
   use fsi_rotation, only: cross
   use io_broadcast_text, only: read_text_file
+  use io_lock, only: lock_t, LOCK_TAKEN
   use io_series_read, only: read_series
   use parallel_failure, only: broadcast_failure
   use parallel_outcome, only: agree_on_outcome
@@ -30,6 +33,8 @@ module diagnose_flights
   private
   public :: flusi_runner_t
 
+  character(*), parameter :: LOCKED = 'flight.lock'
+  real(rp), parameter :: PAUSE = 0.5_rp !< seconds between two looks at a flight that another diagnosis simulates
   character(*), parameter :: INI = 'flight.ini', LOG = 'log', ENDED = 'ended', FLOWN = 'flown', SERIES = 'forces.t'
   integer, parameter :: COLUMNS = 15 !< of this series: time, F, F unsteady, M, M unsteady, two powers
 
@@ -142,8 +147,8 @@ contains
     end do
   end subroutine broadcast_names
 
-  !> Simulates one flight in `folder`. Its output goes to the file `log` there. A flight that diverges counts as ended. Collective
-  !> over the group.
+  !> Simulates one flight in `folder`, unless another diagnosis has just done so. Its output goes to the file `log` there. A flight
+  !> that diverges counts as ended. Collective over the group.
   subroutine fly_one(self, group, request, folder, of_all)
     class(flusi_runner_t), intent(in) :: self
     type(world_t), intent(in) :: group
@@ -156,7 +161,9 @@ contains
     type(outcome_t) :: outcome
     type(memory_t) :: memory
     type(failure_t) :: own, failure
+    type(lock_t) :: lock
     character(:), allocatable :: here
+    integer :: has_ended
     allocate (settings)
     call self%case%read(request, settings, errors, group)
     memory = estimate_memory(settings, group%size)
@@ -165,13 +172,18 @@ contains
                        ' ranks: give [Flight] ranks')
       return
     end if
-    if (group%is_root) call write_start(self, request, folder, own)
-    call broadcast_failure(group, own, failure)
-    here = real_path('.')
-    if (failure%failed) then
-      call of_all%fail(OUTCOME_UNWRITABLE, failure%reason)
-      return
+    has_ended = 0
+    if (group%is_root) then
+      call hold(self, folder, lock, own)
+      if (.not. own%failed .and. file_exists(join_path(folder, ENDED))) has_ended = 1
+      if (.not. own%failed .and. has_ended == 0) call write_text(join_path(folder, INI), self%case%text(request), own)
+      if (own%failed .or. has_ended == 1) call lock%release()
     end if
+    call group%broadcast_integer(has_ended)
+    call broadcast_failure(group, own, failure)
+    if (failure%failed) call of_all%fail(OUTCOME_UNWRITABLE, failure%reason)
+    if (failure%failed .or. has_ended == 1) return
+    here = real_path('.')
     if (group%is_root .and. .not. self%is_quiet) write (output_unit, '(a)') 'flight    '//folder
     call change_folder(folder)
     if (group%is_root) call redirection%begin(LOG)
@@ -181,6 +193,7 @@ contains
     if (group%is_root) call redirection%finish()
     if (group%is_root) call write_end(outcome, own)
     call change_folder(here)
+    if (group%is_root) call lock%release()
     call broadcast_failure(group, own, failure)
     if (failure%failed) call of_all%fail(OUTCOME_UNWRITABLE, folder//'/'//failure%reason)
     if (any(outcome%kind == [OUTCOME_DONE, OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])) return
@@ -188,17 +201,32 @@ contains
                      'to continue')
   end subroutine fly_one
 
-  !> Writes the input file of a flight into its folder, which it makes if it is missing. Fails if it cannot write the file.
-  subroutine write_start(self, request, folder, failure)
+  !> Locks the folder of a flight, which it makes if it is missing. Waits as long as another diagnosis has it, and says so once.
+  !> Fails if nobody can write there.
+  subroutine hold(self, folder, lock, failure)
     class(flusi_runner_t), intent(in) :: self
-    type(flight_request_t), intent(in) :: request
     character(*), intent(in) :: folder
+    type(lock_t), intent(inout) :: lock
     type(failure_t), intent(inout) :: failure
     type(failure_t) :: unmade(2) ! ignored, because another group may have made the folder just before
+    type(failure_t) :: taken
+    character(:), allocatable :: notice
+    integer :: state
+    logical :: is_told
     if (.not. file_exists(self%folder//'/.')) call make_folder(self%folder, unmade(1))
     if (.not. file_exists(folder//'/.')) call make_folder(folder, unmade(2))
-    call write_text(join_path(folder, INI), self%case%text(request), failure)
-  end subroutine write_start
+    is_told = .false.
+    do
+      taken = failure_t()
+      call lock%acquire(join_path(folder, LOCKED), state, notice, taken)
+      if (state /= LOCK_TAKEN) exit
+      if (.not. is_told) write (output_unit, '(a)') 'waiting   '//taken%reason
+      flush (output_unit)
+      is_told = .true.
+      call pause_for(PAUSE)
+    end do
+    if (taken%failed) call failure%raise(taken%reason)
+  end subroutine hold
 
   !> Runs the simulation in the current folder, from its backup if there is one. Collective over the group.
   subroutine simulate(group, settings, outcome)
