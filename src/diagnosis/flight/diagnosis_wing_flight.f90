@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the residuals of records of forces over the beat, in units of their sd, and their derivatives. It takes the simulated
-!> forces from diagnosis_flight_response and converts them by the model of the balance in measurement_balance. Each component of
-!> each record has its own surface, fold and block. The difference that a finer grid makes is a nuisance. Without records there
-!> are no observations here.
+!> Computes the residuals of records over the beat, in units of their sd, and their derivatives. It takes the simulated forces and
+!> places of landmarks from diagnosis_flight_response, and converts forces by the model of the balance in measurement_balance. Each
+!> component of each record has its own surface, fold and block. The difference that a finer grid makes is a nuisance, and so is an
+!> error of the axes of cameras. Without records there are no observations here.
 module diagnosis_wing_flight
-  use base_constants, only: TWO_PI
   use base_kinds, only: rp
+  use diagnosis_flight_landmarks, only: count_wing_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns, &
+                                        N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
   use diagnosis_flight_refinements, only: N_REFINEMENTS
@@ -13,15 +14,12 @@ module diagnosis_wing_flight
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: labels_t
-  use measurement_balance, only: apply_balance, balance_harmonics, balance_values
+  use measurement_balance, only: apply_balance, balance_harmonics, balance_values, move_torques
   use measurement_balance_causes, only: BALANCE_MASS, BALANCE_OFFSET, N_BALANCE
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
   public :: flight_data_t, wing_flight_t
-
-  integer, parameter :: N_WAVES = 6           !< harmonics of an unknown cause
-  real(rp), parameter :: UNKNOWN_SHARE = 0.1_rp !< size of an unknown cause, as a fraction of a component's root mean square
 
   !> The data hold everything that is known of flights before the statistics begin.
   type :: flight_data_t
@@ -49,6 +47,7 @@ module diagnosis_wing_flight
     type(measured_flight_t), allocatable, private :: flights(:)
     integer, allocatable, private :: kind(:), number(:) !< of the parameters
     complex(rp), allocatable, private :: inertia(:, :)
+    integer, allocatable, private :: camera(:)          !< (records), 0: an error of its axes is not stated
     integer, allocatable, private :: record(:)          !< (n) to which an observation belongs,
     real(rp), allocatable, private :: time(:)           !< (n) and when in the beat it is
     real(rp), allocatable, private :: rest(:)           !< (n) of the flight in use, what its series leaves, in sd
@@ -99,8 +98,20 @@ contains
     self%in_use = 1
     self%n_nuisances = count(data%refined)
     if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1
-    self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
+    self%camera = find_cameras(flights)
+    if (size(flights) > 0) self%n_nuisances = self%n_nuisances + N_MISPLACED*maxval(self%camera)
+    self%n_patterns = sum([(count_patterns(flights(r)), r=1, size(flights))])
   end subroutine flight_init
+
+  !> Returns how many patterns of unknown causes a record has.
+  pure integer function count_patterns(f) result(n)
+    type(measured_flight_t), intent(in) :: f
+    if (f%side > 0) then
+      n = count_wing_patterns(f)
+    else
+      n = (2*N_WAVES + 1)*size(f%component)
+    end if
+  end function count_patterns
 
   !> Keeps a further approximation. Returns its number for `use`.
   subroutine flight_add(self, response, number)
@@ -162,8 +173,8 @@ contains
     end do
   end subroutine find_rest
 
-  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, in units of the sd. With
-  !> `number` it returns the derivative with respect to that coordinate of the balance instead.
+  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, and where landmarks are, in
+  !> units of the sd. With `number` it returns the derivative with respect to that coordinate of the balance instead.
   subroutine flight_show(self, p, series, values, number)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: p(N_BALANCE)
@@ -175,31 +186,28 @@ contains
     at = 0
     do r = 1, size(self%flights)
       associate (f => self%flights(r))
-        x = series
-        a = self%inertia
-        call move_torques(x, f%reference)
-        call move_torques(a, f%reference)
-        call apply_balance(p, f%frequency, x, a, y, number)
+        if (f%side == 0) then
+          x = series(:, :N_COMPONENTS)
+          a = self%inertia
+          call move_torques(x, f%reference)
+          call move_torques(a, f%reference)
+          call apply_balance(p, f%frequency, x, a, y, number)
+        end if
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
-          values(at + 1:at + n) = balance_values(y(:, f%component(k)), self%time(at + 1:at + n))/pack(f%sd(:, k), f%is_known(:, k))
+          if (f%side == 0) then
+            values(at + 1:at + n) = balance_values(y(:, f%component(k)), self%time(at + 1:at + n))
+          else if (present(number)) then
+            values(at + 1:at + n) = 0
+          else
+            values(at + 1:at + n) = balance_values(series(:, f%component(k)), self%time(at + 1:at + n))
+          end if
+          values(at + 1:at + n) = values(at + 1:at + n)/pack(f%sd(:, k), f%is_known(:, k))
           at = at + n
         end do
       end associate
     end do
   end subroutine flight_show
-
-  !> Converts torques about the origin into torques about `reference` [m].
-  pure subroutine move_torques(x, reference)
-    complex(rp), intent(inout) :: x(0:, :)
-    real(rp), intent(in) :: reference(3)
-    integer :: i, j, k
-    do i = 1, 3
-      j = modulo(i, 3) + 1
-      k = modulo(i + 1, 3) + 1
-      x(:, 3 + i) = x(:, 3 + i) - (reference(j)*x(:, k) - reference(k)*x(:, j))
-    end do
-  end subroutine move_torques
 
   !> Splits the coordinates q of all parameters into the changes c of the flight and the coordinates p of the balance.
   pure subroutine split(self, q, c, p)
@@ -222,7 +230,7 @@ contains
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
-    complex(rp) :: series(0:self%data%response%n_harmonics, N_COMPONENTS)
+    complex(rp) :: series(0:self%data%response%n_harmonics, size(self%data%response%value, 2))
     real(rp) :: c(N_CHANGES), p(N_BALANCE)
     integer :: k, i
     call split(self, q, c, p)
@@ -265,12 +273,13 @@ contains
   end function observed
 
   !> Returns nuisances(n, n_nuisances) at q. They are the changes that refinements make, if they are known, in the order of their
-  !> numbers, and the effect of an error of one sd of the simulation, first on all components together and then on each one alone.
+  !> numbers, then the errors of the axes of each camera, and the effect of an error of one sd of the simulation, first on all
+  !> components of the force together and then on each one alone.
   subroutine flight_nuisances(self, q, nuisances)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
     real(rp), intent(inout) :: nuisances(:, :)
-    complex(rp), dimension(0:self%data%response%n_harmonics, N_COMPONENTS) :: series, one
+    complex(rp), dimension(0:self%data%response%n_harmonics, size(self%data%response%value, 2)) :: series, one
     real(rp) :: c(N_CHANGES), p(N_BALANCE)
     integer :: i, last
     if (self%n_nuisances == 0) return
@@ -281,8 +290,13 @@ contains
       last = last + 1
       call self%show(without_additions(p), self%data%response%refined(:, :, i), nuisances(:, last))
     end do
-    if (.not. self%data%model_sd > 0) return
     series = self%data%response%at(c)
+    do i = 1, maxval(self%camera)
+      call misplacements(self, i, series, nuisances(:, last + 1:last + N_MISPLACED))
+      last = last + N_MISPLACED
+    end do
+    if (.not. self%data%model_sd > 0) return
+    series(:, N_COMPONENTS + 1:) = 0 ! landmarks move as the kinematics say
     call self%show(without_additions(p), self%data%model_sd*series, nuisances(:, last + 1))
     do i = 1, N_COMPONENTS
       one = 0
@@ -291,28 +305,58 @@ contains
     end do
   end subroutine flight_nuisances
 
-  !> Returns patterns(n, n_patterns): waves over the beat in each component, which stand for the effect of unknown causes.
+  !> Sets nuisances(n, N_MISPLACED) to the effects of errors of the axes of a camera on the landmarks that have the places `series`.
+  pure subroutine misplacements(self, camera, series, nuisances)
+    class(wing_flight_t), intent(in) :: self
+    integer, intent(in) :: camera
+    complex(rp), intent(in) :: series(0:, :)
+    real(rp), intent(out) :: nuisances(:, :)
+    real(rp) :: pivot(3)
+    integer :: r, k, i, at, n
+    pivot = pivot_of(self%flights, self%camera == camera, series)
+    nuisances = 0
+    at = 0
+    do r = 1, size(self%flights)
+      associate (f => self%flights(r))
+        do k = 1, size(f%component)
+          n = count(f%is_known(:, k))
+          if (self%camera(r) == camera) then
+            do i = 1, N_MISPLACED
+              nuisances(at + 1:at + n, i) = misplaced(f, k, self%time(at + 1:at + n), series, pivot, i)/ &
+                                            pack(f%sd(:, k), f%is_known(:, k))
+            end do
+          end if
+          at = at + n
+        end do
+      end associate
+    end do
+  end subroutine misplacements
+
+  !> Returns patterns(n, n_patterns): waves over the beat in each component of the force, and in motions of the wing that landmarks
+  !> see, which stand for the effect of unknown causes.
   subroutine flight_patterns(self, patterns)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(inout) :: patterns(:, :)
-    integer :: r, k, at, n, h, column
-    real(rp), allocatable :: share(:), angle(:)
+    integer :: r, k, at, n, column
+    real(rp), allocatable :: share(:)
     patterns = 0
     at = 0
     column = 0
     do r = 1, size(self%flights)
       associate (f => self%flights(r))
+        if (f%side > 0) then
+          n = f%count()
+          k = count_wing_patterns(f)
+          call put_wing_patterns(f, self%time(at + 1:at + n), patterns(at + 1:at + n, column + 1:column + k))
+          at = at + n
+          column = column + k
+          cycle
+        end if
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
           share = UNKNOWN_SHARE*sqrt(sum(f%mean(:, k)**2, f%is_known(:, k))/n)/pack(f%sd(:, k), f%is_known(:, k))
-          do h = 0, N_WAVES
-            angle = TWO_PI*h*self%time(at + 1:at + n)
-            column = column + 1
-            patterns(at + 1:at + n, column) = share*cos(angle)
-            if (h == 0) cycle
-            column = column + 1
-            patterns(at + 1:at + n, column) = share*sin(angle)
-          end do
+          call put_waves(share, self%time(at + 1:at + n), patterns(at + 1:at + n, column + 1:column + 2*N_WAVES + 1))
+          column = column + 2*N_WAVES + 1
           at = at + n
         end do
       end associate

@@ -9,10 +9,11 @@ module diagnose_flight_settings
   use base_text, only: next_word, number_text, quoted
   use common_diagnose_keys, only: flight_choices_t, WALL_BELOW
   use common_wing_settings, only: find_beside
+  use diagnose_flight_landmarks, only: take_marks
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
-                                      FLOW_STROKE, FLOW_STROKE_MEAN, N_CHANGES
+                                      FLOW_STROKE, FLOW_STROKE_MEAN, is_of_flow, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, NOT_REFINED, REFINE_BEATS, REFINE_BOX, &
                                           REFINE_GRID
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
@@ -47,8 +48,8 @@ contains
     integer :: i
     if (measurement%count_flights() == 0) return
     if (c%file == '') then
-      call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of forces in /flight; name the '// &
-                           'flusi case that simulates this experiment')
+      call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of a flight in /flight; name '// &
+                           'the flusi case that simulates this experiment')
       return
     end if
     call find_beside(config%file_name(), c%file, path, problem, world)
@@ -75,7 +76,13 @@ contains
       omitted%body_radius = c%body_radius/length
     end associate
     call runner%case%tell(runner%facts)
+    call take_marks(measurement, runner%case%settings, runner%facts%is_section, runner%case%marks, errors)
+    if (errors%count() > 0) return
     call runner%case%judge(data%refined, world, runner%facts)
+    if (measurement%count_flights(has_landmarks=.false.) == 0 .and. .not. runner%facts%is_flexible) then
+      where (is_of_flow([(i, i=1, N_FLOW)]) .and. runner%facts%missing == '') &
+        runner%facts%missing = 'needs records of forces: landmarks on rigid wings do not show it'
+    end if
     call drop_refinements(config, runner%facts, is_named, data%refined, errors, notices)
     call check_records(measurement, runner, errors)
     call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
@@ -177,7 +184,7 @@ contains
           if (f%is_per_length .neqv. facts%is_section) &
             call errors%add(object//': attribute per_length must be '//trim(merge('1, as', '0, as', facts%is_section))//' '// &
                             facts%path//' is '//trim(merge('two-dimensional', 'a wing in space', facts%is_section)))
-          if (.not. facts%is_section) cycle
+          if (.not. facts%is_section .or. f%side > 0) cycle
           do k = 1, size(f%component)
             if (all(f%component(k) /= [2, 3, 4, COMPONENT_POWER])) &
               call errors%add(object//': component '//trim(COMPONENT_NAMES(f%component(k)))//' does not exist for a section; '// &
