@@ -8,7 +8,7 @@ module diagnosis_flight_landmarks
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
-  public :: count_wing_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns
+  public :: count_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns
 
   integer, parameter, public :: N_WAVES = 6             !< harmonics of an unknown cause
   real(rp), parameter, public :: UNKNOWN_SHARE = 0.1_rp !< size of an unknown cause, as a fraction of a component's root mean square
@@ -105,13 +105,14 @@ contains
     axes = pack([1, 2, 3], is_seen)
   end function seen_axes
 
-  !> Returns how many patterns of unknown causes a record of landmarks has.
-  pure integer function count_wing_patterns(f) result(n)
+  !> Returns how many patterns of unknown causes a record has.
+  pure integer function count_patterns(f) result(n)
     type(measured_flight_t), intent(in) :: f
-    n = (2*N_WAVES + 1)*size(seen_axes(f))*size(linear_fields(f%points), 2)
-  end function count_wing_patterns
+    n = (2*N_WAVES + 1)*size(f%component)
+    if (f%side > 0) n = (2*N_WAVES + 1)*size(seen_axes(f))*size(linear_fields(f%points), 2)
+  end function count_patterns
 
-  !> Sets patterns(n, count_wing_patterns(f)): waves over the beat of displacements that are linear in the place on the wing, in sd.
+  !> Sets patterns(n, count_patterns(f)): waves over the beat of displacements that are linear in the place on the wing, in sd.
   !> They stand for unknown causes. The rows are the known values of f, one column after another, at the times time(n).
   pure subroutine put_wing_patterns(f, time, patterns)
     type(measured_flight_t), intent(in) :: f

@@ -40,6 +40,7 @@ module diagnosis_flight_runner
     real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
+    real(rp), allocatable :: rigid(:, :)               !< (N_PHASES, 3 landmarks) [m] x, y, z from the origin of the box, unbent
     real(rp) :: steps = 0, seconds = 0                 !< of one flight, as far as they can be foreseen
     character(200) :: unrefined(N_REFINEMENTS) = ''    !< why this numerical error cannot be made smaller
     real(rp) :: cost(N_REFINEMENTS) = 1                !< of the flight that makes it smaller, in flights of the case

@@ -5,7 +5,7 @@
 !> error of the axes of cameras. Without records there are no observations here.
 module diagnosis_wing_flight
   use base_kinds, only: rp
-  use diagnosis_flight_landmarks, only: count_wing_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns, &
+  use diagnosis_flight_landmarks, only: count_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns, &
                                         N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
@@ -97,21 +97,11 @@ contains
     self%approximations(1)%rest = self%rest
     self%in_use = 1
     self%n_nuisances = count(data%refined)
-    if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1
+    if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1 + merge(1, 0, any(flights%side > 0))
     self%camera = find_cameras(flights)
     if (size(flights) > 0) self%n_nuisances = self%n_nuisances + N_MISPLACED*maxval(self%camera)
     self%n_patterns = sum([(count_patterns(flights(r)), r=1, size(flights))])
   end subroutine flight_init
-
-  !> Returns how many patterns of unknown causes a record has.
-  pure integer function count_patterns(f) result(n)
-    type(measured_flight_t), intent(in) :: f
-    if (f%side > 0) then
-      n = count_wing_patterns(f)
-    else
-      n = (2*N_WAVES + 1)*size(f%component)
-    end if
-  end function count_patterns
 
   !> Keeps a further approximation. Returns its number for `use`.
   subroutine flight_add(self, response, number)
@@ -195,14 +185,10 @@ contains
         end if
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
-          if (f%side == 0) then
-            values(at + 1:at + n) = balance_values(y(:, f%component(k)), self%time(at + 1:at + n))
-          else if (present(number)) then
-            values(at + 1:at + n) = 0
-          else
-            values(at + 1:at + n) = balance_values(series(:, f%component(k)), self%time(at + 1:at + n))
-          end if
-          values(at + 1:at + n) = values(at + 1:at + n)/pack(f%sd(:, k), f%is_known(:, k))
+          associate (time => self%time(at + 1:at + n), sd => pack(f%sd(:, k), f%is_known(:, k)))
+            if (f%side == 0) values(at + 1:at + n) = balance_values(y(:, f%component(k)), time)/sd
+            if (f%side > 0) values(at + 1:at + n) = balance_values(series(:, f%component(k)), time)/sd*merge(0, 1, present(number))
+          end associate
           at = at + n
         end do
       end associate
@@ -274,7 +260,7 @@ contains
 
   !> Returns nuisances(n, n_nuisances) at q. They are the changes that refinements make, if they are known, in the order of their
   !> numbers, then the errors of the axes of each camera, and the effect of an error of one sd of the simulation, first on all
-  !> components of the force together and then on each one alone.
+  !> components of the force together, with the bending that landmarks see, then on each one alone and on that bending alone.
   subroutine flight_nuisances(self, q, nuisances)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
@@ -296,7 +282,12 @@ contains
       last = last + N_MISPLACED
     end do
     if (.not. self%data%model_sd > 0) return
-    series(:, N_COMPONENTS + 1:) = 0 ! landmarks move as the kinematics say
+    one = 0
+    if (any(self%flights%side > 0)) then
+      one(:, N_COMPONENTS + 1:) = self%data%model_sd*bending(self)
+      call self%show(without_additions(p), one, nuisances(:, self%n_nuisances))
+    end if
+    series(:, N_COMPONENTS + 1:) = one(:, N_COMPONENTS + 1:)/self%data%model_sd ! bends with the forces
     call self%show(without_additions(p), self%data%model_sd*series, nuisances(:, last + 1))
     do i = 1, N_COMPONENTS
       one = 0
@@ -304,6 +295,15 @@ contains
       call self%show(without_additions(p), one, nuisances(:, last + 1 + i))
     end do
   end subroutine flight_nuisances
+
+  !> Returns the Fourier series of how far [m] bending moves the landmarks in the flight of the case: 0 for rigid wings.
+  pure function bending(self) result(x)
+    class(wing_flight_t), intent(in) :: self
+    complex(rp) :: x(0:self%data%response%n_harmonics, size(self%data%facts%rigid, 2))
+    x = self%approximations(1)%response%value(:, N_COMPONENTS + 1:) - &
+        balance_harmonics(self%data%facts%rigid, self%data%response%n_harmonics)
+    if (.not. self%data%facts%is_flexible) x = 0
+  end function bending
 
   !> Sets nuisances(n, N_MISPLACED) to the effects of errors of the axes of a camera on the landmarks that have the places `series`.
   pure subroutine misplacements(self, camera, series, nuisances)
@@ -346,7 +346,7 @@ contains
       associate (f => self%flights(r))
         if (f%side > 0) then
           n = f%count()
-          k = count_wing_patterns(f)
+          k = count_patterns(f)
           call put_wing_patterns(f, self%time(at + 1:at + n), patterns(at + 1:at + n, column + 1:column + k))
           at = at + n
           column = column + k

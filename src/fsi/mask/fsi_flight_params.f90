@@ -180,7 +180,9 @@ contains
     logical :: is_soft
     call read_body(config, params%body)
     call keep_in_box(config, scene%grid%length, params%body, notices)
-    call read_body_motion(config, params%body, scene%t_end, params%motion, errors, notices, world)
+    kinematics = kinematics_choices(config)
+    params%beats = kinematics%frequency
+    call read_body_motion(config, params%body, scene%t_end, params%beats, params%motion, errors, notices, world)
     call read_flyer(config, params%flyer, errors, notices)
     call read_thin_keys(config, scene%grid, params%thin, notices)
     source = source_choices(config)
@@ -188,8 +190,6 @@ contains
     if (.not. params%thin%is_thin) call read_mask_keys(config, scene%grid, params%half_thickness, params%smoothing, &
                                                        errors, notices, is_soft)
     call read_body_shape(config, scene, params%solid, errors, notices, world)
-    kinematics = kinematics_choices(config)
-    params%beats = kinematics%frequency
   end subroutine read_body_and_mask
 
   !> Adds an error if this wing cannot have the requested edges.

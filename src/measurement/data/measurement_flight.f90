@@ -204,11 +204,11 @@ contains
     else if (f%side == 0 .and. .not. all(any(reshape(is_known, [k, n]), 2))) then
       call report%add(group//'/mean', 'holds a column without any number; leave the component out')
     else
+      if (name == 'spread') sd = sd/sqrt(real(f%beats, rp))
       where (.not. is_known)
         mean = 0
         sd = 1
       end where
-      if (name == 'spread') sd = sd/sqrt(real(f%beats, rp))
       f%is_known = transpose(reshape(is_known, [k, n]))
       f%mean = transpose(reshape(mean, [k, n]))
       f%sd = transpose(reshape(sd, [k, n]))

@@ -8,6 +8,7 @@ module diagnose_flight_landmarks
   use base_text, only: number_text
   use diagnosis_flight_runner, only: N_PHASES
   use fsi_flight_params, only: flight_params_t
+  use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use io_series_read, only: read_series
   use measurement_data, only: measurement_t
   use measurement_flight, only: N_COMPONENTS, SIDE_NAMES
@@ -17,7 +18,7 @@ module diagnose_flight_landmarks
   use simulation_settings, only: settings_t
   implicit none
   private
-  public :: flight_marks_t, interpolated, read_marks, take_marks
+  public :: flight_marks_t, interpolated, read_marks, rigid_places, take_marks
 
   !> All landmarks of a measurement.
   type :: flight_marks_t
@@ -70,6 +71,38 @@ contains
       end associate
     end do
   end subroutine take_marks
+
+  !> Returns where the landmarks are in the last of so many beats if the wings of a case do not bend: x, y, z [m] of one after the
+  !> other from the origin of the box, at each phase.
+  function rigid_places(settings, marks, beats) result(places)
+    type(settings_t), intent(in) :: settings
+    type(flight_marks_t), intent(in) :: marks
+    integer, intent(in) :: beats
+    real(rp) :: places(N_PHASES, 3*marks%count())
+    type(flight_params_t) :: marked
+    type(body_t) :: body
+    type(wing_pose_t) :: pose
+    character(:), allocatable :: fault
+    real(rp) :: t, at_rest(3, 1)
+    integer :: l, w, i
+    marked = settings%flight
+    places = 0
+    do l = 1, marks%count()
+      call mark_wing(settings%config, marks%side(l), marks%site(:, l:l)/settings%units%length, marked, fault)
+      do w = 1, size(marked%wings)
+        associate (wing => marked%wings(w))
+          if (fault /= '' .or. wing%side /= SIDE_NAMES(marks%side(l))) cycle
+          at_rest = wing%landmarks%places(wing%points)
+          do i = 1, N_PHASES
+            t = (beats - 1 + real(i - 1, rp)/N_PHASES)/marked%frequency()
+            body = marked%motion%at(t, marked%body)
+            call pose_wing(body, wing%mount, wing%motion, t, pose)
+            places(i, 3*l - 2:3*l) = settings%units%length*pose%point_to_space(at_rest(:, 1))
+          end do
+        end associate
+      end do
+    end do
+  end function rigid_places
 
   !> Returns the section of an input file that asks for the paths of the landmarks. Lengths of the file are `unit` metres.
   function marks_text(self, unit) result(text)

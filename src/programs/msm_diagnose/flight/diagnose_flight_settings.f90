@@ -9,7 +9,7 @@ module diagnose_flight_settings
   use base_text, only: next_word, number_text, quoted
   use common_diagnose_keys, only: flight_choices_t, WALL_BELOW
   use common_wing_settings, only: find_beside
-  use diagnose_flight_landmarks, only: take_marks
+  use diagnose_flight_landmarks, only: rigid_places, take_marks
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
@@ -78,6 +78,7 @@ contains
     call runner%case%tell(runner%facts)
     call take_marks(measurement, runner%case%settings, runner%facts%is_section, runner%case%marks, errors)
     if (errors%count() > 0) return
+    runner%facts%rigid = rigid_places(runner%case%settings, runner%case%marks, c%beats)
     call runner%case%judge(data%refined, world, runner%facts)
     if (measurement%count_flights(has_landmarks=.false.) == 0 .and. .not. runner%facts%is_flexible) then
       where (is_of_flow([(i, i=1, N_FLOW)]) .and. runner%facts%missing == '') &
