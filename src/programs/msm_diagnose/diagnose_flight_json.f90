@@ -43,24 +43,17 @@ contains
     extended = baseline
     call use_flight_of(d%extended, s%flights, flight)
     if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
-    call json%put('case', s%flights%facts%path)
-    call json%put('frequency_hz', s%flights%facts%frequency)
-    call json%put('is_section', s%flights%facts%is_section)
-    call json%put('is_refined', s%flights%refined(REFINE_GRID))
-    call json%put('refinements', refinement_names(s%flights%refined))
-    call put_rounds(json, d)
+    call put_facts(json, s, d)
     call json%open_list('sets')
     at = 0
-    surface = size(counts%kind) - sum([(size(s%measurement%flights(r)%component), r=1, size(s%measurement%flights))]) + 1
+    surface = size(counts%kind) - sum([(size(s%measurement%flights(r)%component), r=1, size(s%measurement%flights))])
     do r = 1, size(s%measurement%flights)
       associate (f => s%measurement%flights(r))
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
-          if (counts%kind(surface) /= kind) then
-            at = at + n
-            surface = surface + 1
-            cycle
-          end if
+          at = at + n
+          surface = surface + 1
+          if (counts%kind(surface) /= kind) cycle
           call json%open_object('')
           call counts%put(json, s%measurement%surface_name(surface), surface, 1)
           call json%put('record', f%name)
@@ -69,12 +62,10 @@ contains
           call json%put('time', pack(f%time, f%is_known(:, k)))
           call json%put('measured', pack(f%mean(:, k), f%is_known(:, k)))
           call json%put('sd', pack(f%sd(:, k), f%is_known(:, k)))
-          call put_residuals('simulated', baseline(at + 1:at + n))
-          call put_residuals('extended', extended(at + 1:at + n))
-          call put_differences(json, s%flights%refined, refined(at + 1:at + n, :))
+          call put_residuals('simulated', baseline(at - n + 1:at))
+          call put_residuals('extended', extended(at - n + 1:at))
+          call put_differences(json, s%flights%refined, refined(at - n + 1:at, :))
           call json%close()
-          at = at + n
-          surface = surface + 1
         end do
       end associate
     end do
@@ -92,6 +83,19 @@ contains
     end subroutine put_residuals
 
   end subroutine put_flights
+
+  !> Adds which case was flown, and how.
+  subroutine put_facts(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    call json%put('case', s%flights%facts%path)
+    call json%put('frequency_hz', s%flights%facts%frequency)
+    call json%put('is_section', s%flights%facts%is_section)
+    call json%put('is_refined', s%flights%refined(REFINE_GRID))
+    call json%put('refinements', refinement_names(s%flights%refined))
+    call put_rounds(json, d)
+  end subroutine put_facts
 
   !> Adds which component of the force, or which coordinate of which landmark, column k of a record is.
   subroutine put_component(json, f, k)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Landmarks on flapping wings are read as they were written, on all ranks, from the origin of the case; and what is wrong with them is
-!> reported with the group.
+!> Landmarks on flapping wings are read as they were written, on all ranks, from the origin of the case; and what is wrong with them
+!> is reported with the group.
 program test_measurement_landmarks
   use base_errors, only: message_list_t
   use base_kinds, only: rp

@@ -6,12 +6,12 @@ usage: import_landmarks TRACKS.csv POINTS.csv -o flight.h5 --time-units ms --fre
                         [--sd 0.05] [--offset-sd 0.1] [--turn-sd 1] [--add --name ID]
 
 POINTS.csv has a line of column names, `name,wing,x,y`, and one line for each point: a name of your own, left or right, and its
-place on the flat wing in the frame of the wing file. TRACKS.csv has the column time, and NAME_x, NAME_y, NAME_z for each point: its
-place in space along the axes of the flusi case that simulates the experiment. A coordinate that was not seen is an empty cell, or a
-column that is not there. --origin is the place in the case from which the cameras measure. Beats begin at the time --start, in the
---time-units of the file, and last 1/frequency. The record has the mean of all complete beats and their spread; with one beat, and
-wherever fewer than two beats are known, the error is --sd. All lengths are in --length-units. docs/guide/import-data.md explains
-all of this.
+place on the flat wing in the frame of the wing file. TRACKS.csv has the column time, and NAME_x, NAME_y, NAME_z for each point:
+its place in space along the axes of the flusi case that simulates the experiment. A coordinate that was not seen is an empty
+cell, or a column that is not there. --origin is the place in the case from which the cameras measure. Beats begin at the time
+--start, in the --time-units of the file, and last 1/frequency. The record has the mean of all complete beats and its sd, from
+the spread of the beats, pooled over the beat for each coordinate; if no coordinate of it was seen twice, the error is --sd. All
+lengths are in --length-units. docs/guide/import-data.md explains all of this.
 """
 from __future__ import annotations
 
@@ -152,11 +152,14 @@ def check_beats(time: np.ndarray, values: np.ndarray, options: argparse.Namespac
 
 
 def record_of(found: Folded, options: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the means (n, k) and their sd; means that no error is known of are NaN."""
+    """Returns the means (n, k) and their sd; means that no error is known of are NaN. The spread of a coordinate is pooled over the
+    beat, because few beats determine it badly at each phase."""
     count = found.count()
     with np.errstate(invalid="ignore"):
         mean = np.where(count > 0, np.nansum(found.beats, axis=0) / np.maximum(count, 1), np.nan)
-        spread = np.where(count >= 2, found.spread(), np.nan)
+        freedom = np.where(count >= 2, count - 1, 0)
+        pooled = np.sqrt(np.nansum(freedom * np.nan_to_num(found.spread())**2, axis=0) / freedom.sum(axis=0))
+    spread = np.broadcast_to(pooled, mean.shape)
     if options.sd is not None:
         spread = np.where(np.isfinite(spread), spread, options.sd * LENGTHS[options.length_units])
     smallest = SAME * np.nanmax(np.abs(mean - np.nanmean(mean))) if np.isfinite(mean).any() else 0.0

@@ -82,7 +82,6 @@ class Cameras:
     points: tuple[float, ...] = ()    # [chords] from the hinge toward the leading end, on the section as stated; none: no landmarks
     samples: int = 40                 # in a beat
     sd: float = 2.0e-6                # [m] of one coordinate in one beat
-    state: float = 1.0                # factor on the spread that is written to the file
     origin: tuple[float, ...] = (0.0, 0.0, 0.0)  # [m] from which they measure, as stated
     shift: tuple[float, ...] = (0.0, 0.0)        # [m] along y and z: the origin is there more
     turn: float = 0.0                 # [deg] their axes are turned from y toward z
@@ -233,8 +232,8 @@ def clean(case: Case) -> dict[str, np.ndarray]:
 
 
 def tracked(case: Case, exact: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Returns time, points (m, 2) on the section as stated, and mean and spread (n, 3 m) of what the cameras show of them; x is
-    NaN."""
+    """Returns time, points (m, 2) on the section as stated, and mean, spread and sd (n, 3 m) of what the cameras show of them; x is
+    NaN. The spread is that of the beats at each phase; the sd is one number for a coordinate, from all phases."""
     cameras, random = case.cameras, np.random.default_rng([case.seed, 1])
     phase = np.arange(cameras.samples) / cameras.samples
     at = case.flow.beats - 1 + phase
@@ -248,7 +247,10 @@ def tracked(case: Case, exact: Mapping[str, np.ndarray]) -> dict[str, np.ndarray
         columns += [np.full_like(phase, np.nan), c * dy + s * dz, c * dz - s * dy]
     every = np.stack(columns, 1) + cameras.sd * random.standard_normal((case.beats, len(phase), len(columns)))
     points = np.array([[case.wing.chord * point, 0.0] for point in cameras.points])
-    return {"time": phase, "points": points, "mean": every.mean(axis=0), "spread": cameras.state * every.std(axis=0, ddof=1)}
+    spread = every.std(axis=0, ddof=1)
+    pooled = np.sqrt(np.mean(spread**2, axis=0) / case.beats)
+    return {"time": phase, "points": points, "mean": every.mean(axis=0), "spread": spread,
+            "sd": np.broadcast_to(pooled, spread.shape).copy()}
 
 
 def synthesise(case: Case, exact: Mapping[str, np.ndarray] | None = None) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -286,4 +288,5 @@ def write_flight(path: str | Path, case: Case, record: Mapping[str, np.ndarray])
     if case.cameras.points:
         cameras = {"origin": case.cameras.origin, **{key: value for key in ("offset_sd", "turn_sd")
                                                      if (value := getattr(case.cameras, key)) > 0}}
-        write_landmarks(path, case.name, {"frequency": case.kinematics.frequency}, cameras, {"left": record["landmarks"]})
+        wing = {key: record["landmarks"][key] for key in ("time", "points", "mean", case.state)}
+        write_landmarks(path, case.name, {"frequency": case.kinematics.frequency}, cameras, {"left": wing})

@@ -179,6 +179,7 @@ contains
       do r = 1, measurement%count_flights()
         associate (f => measurement%flights(r))
           object = '/flight/'//f%name
+          if (any([(measurement%flights(k)%name == f%name, k=1, r - 1)])) cycle ! the landmarks of a flight that was checked
           if (abs(f%frequency/facts%frequency - 1) > SAME_FREQUENCY) &
             call errors%add(object//': attribute frequency is '//number_text(f%frequency)//' Hz, but the wings of '//facts%path// &
                             ' beat with '//number_text(facts%frequency)//' Hz: wing_frequency times the frequency of [units]')
