@@ -64,7 +64,7 @@ contains
     complex(rp) :: series(0:1, N_COMPONENTS + 3*(M + 1))
     real(rp), parameter :: TURN = 2.0_rp, OFFSET = 3.0e-4_rp
     real(rp) :: pivot(3), place(3, N), r(3), w(3), wanted(3)
-    integer :: number, k, i, l, at(2)
+    integer :: axis, k, i, l, at(2)
     f = record('one', 1, OFFSET, TURN)
     series = 0
     do k = 1, 3*M
@@ -81,14 +81,13 @@ contains
           place(i, :) = real(x(1), rp) + real(x(2), rp)*cos(TWO_PI*TIME) - aimag(x(2))*sin(TWO_PI*TIME)
         end associate
       end do
-      do number = 1, 6
-        associate (moved => misplaced(f, k, TIME, series, pivot, number))
-          if (number <= 3) then
-            call t%check('a shift moves one coordinate', all(abs(moved - merge(OFFSET, 0.0_rp, number == at(2))) <= 0))
-            cycle
-          end if
-          w = 0
-          w(number - 3) = TURN*PI/180
+      do axis = 1, 3
+        associate (moved => misplaced(f, k, TIME, series, pivot, axis))
+          call t%check('a shift moves one coordinate', all(abs(moved - merge(OFFSET, 0.0_rp, axis == at(2))) <= 0))
+        end associate
+        w = 0
+        w(axis) = TURN*PI/180
+        associate (moved => misplaced(f, k, TIME, series, pivot, 3 + axis))
           do i = 1, N
             r = place(:, i) - pivot
             wanted = [w(2)*r(3) - w(3)*r(2), w(3)*r(1) - w(1)*r(3), w(1)*r(2) - w(2)*r(1)]
