@@ -140,6 +140,7 @@ def test_refused(case):
 
     def with_x(group):
         group["left/mean"][:, 3] = 0.0
+        group["left/sd"][:, 3] = 1.0
 
     def on_the_right(group):
         group.move("left", "right")

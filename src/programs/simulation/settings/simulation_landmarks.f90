@@ -65,9 +65,12 @@ contains
     function extent(points) result(text)
       real(rp), intent(in) :: points(:, :)
       character(:), allocatable :: text
-      text = number_text(minval(points(1, :))/source%stretch(1))//' to '//number_text(maxval(points(1, :))/source%stretch(1))// &
-             ' L in x and '//number_text(minval(points(2, :))/source%stretch(2))//' to '// &
-             number_text(maxval(points(2, :))/source%stretch(2))//' L in y'
+      real(rp), parameter :: DIGITS = 1.0e4_rp !< shown of one L
+      real(rp) :: least(2), most(2)
+      least = nint(DIGITS*minval(points(:2, :), 2)/source%stretch)/DIGITS
+      most = nint(DIGITS*maxval(points(:2, :), 2)/source%stretch)/DIGITS
+      text = number_text(least(1))//' to '//number_text(most(1))//' L in x and '//number_text(least(2))//' to '// &
+             number_text(most(2))//' L in y'
     end function extent
 
   end subroutine mark_wing
