@@ -26,7 +26,7 @@ from flusi_msm.measurement.flight import synthesise, write_flight
 COARSE = Flow(beats=BEATS, modes=24, radial=40, radius=8.0)
 FORCES = Scatter(white=0.02, model=0.25, model_time=0.06 / FREQUENCY)
 SD = 1e-4  # m, of a camera in one beat: a hundredth of the chord
-FEW = "effects = stroke_amplitude, pitch_lead, balance_gain, balance_delay\nrefine = no\nrounds = {rounds}\nmodel_sd = 0.1\n"
+FEW = "effects = stroke_amplitude, pitch_lead, balance_gain, balance_delay\nrefine = no\nrounds = {rounds}\nmodel_sd = 0.05\n"
 
 
 def experiment(seed, hidden, **cameras):
@@ -59,16 +59,17 @@ def kind_of(found, kind):
 
 
 def test_stroke(case):
-    """A stroke that is longer by 8 %: forces alone cannot tell it from a gain of the balance; with landmarks it is named."""
-    flown = experiment(1, Hidden(stroke=1.08))
+    """A stroke that is shorter by 10 %: forces alone cannot tell it from a gain of the balance; with landmarks it is named."""
+    flown = experiment(1, Hidden(stroke=0.9))
     write_experiment(case.folder / "data.h5", flown, has_landmarks=False)
     code, found, _ = diagnose(case, "data.h5", "forces", FEW.format(rounds=0), options="validation = no\n")
-    check(code in (SET, ADEQUATE) and kind_of(found, "landmarks") is None, f"forces alone name nothing: {found['verdict']['sentence']}")
+    check(code == SET and {"stroke_amplitude", "balance_gain"} <= set(names(found)) and kind_of(found, "landmarks") is None,
+          f"forces alone name a set: {found['verdict']['sentence']}")
     write_experiment(case.folder / "data.h5", flown)
     code, found, text = diagnose(case, "data.h5", "both", FEW.format(rounds=1))
     check(code == NAMED and names(found) == ["stroke_amplitude"], found["verdict"]["sentence"])
     lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
-    check(lower <= 0.08 <= upper and upper - lower < 0.01, f"a stroke longer by {lower} {best} {upper}")
+    check(lower <= -0.1 <= upper and upper - lower < 0.01, f"a stroke longer by {lower} {best} {upper}")
     check("1 records of landmarks (240 numbers)" in text and "of which forces over the beat" in text and "landmarks" in text, text)
     seen, forces = kind_of(found, "landmarks"), kind_of(found, "flight")
     check(seen["observations"] == 240 and seen["baseline_chi2"] > 2 * 240 > seen["extended_chi2"], f"chi^2 of landmarks: {seen}")
