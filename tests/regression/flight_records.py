@@ -556,7 +556,7 @@ def test_refused(case):
     write_data(case.folder / "data.h5", good, 5, components="Fy, Fz, Mx", units="N/m, N/m, N")
     (case.folder / "none.ini").write_text(f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\n[Measurement]\nfile = data.h5\n")
     done = case.flusi("none.ini")
-    check(done.code == 2 and "[Flight] file: is missing: the measurement holds records of forces in /flight" in done.err, done.err)
+    check(done.code == 2 and "[Flight] file: is missing: the measurement holds records of a flight in /flight" in done.err, done.err)
     write_case(case.folder / "case", 8, step=2.5)
     code, _, text = diagnose(case, "data.h5", "wild", "effects = balance_gain\nrefine = no\n", cache="wild-flights")
     check(code == 3 and "cannot be compared with the records: a flight failed" in text, text)

@@ -8,7 +8,8 @@ module whole_measurement
   use io_hdf5, only: hdf5_file_t
   use io_seal, only: write_seal
   use measurement_data, only: measurement_t, measured_load_t, observation_t, QUANTITY_DISPLACEMENT
-  use measurement_flight, only: component_unit, measured_flight_t, COMPONENT_NAMES, KINEMATIC_SD, N_KINEMATICS
+  use measurement_flight, only: component_unit, measured_flight_t, COMPONENT_NAMES, KINEMATIC_SD, N_COMPONENTS, N_KINEMATICS, &
+                                SIDE_NAMES
   use measurement_modes, only: measured_mode_t, MEDIUM_NAMES
   use measurement_series, only: measured_series_t
   use solid_ringing, only: EXCITED_BASE, EXCITED_RELEASE
@@ -144,7 +145,7 @@ contains
     call write_reals(file, group//'/sigma', [m], s%sigma, failure, units)
   end subroutine write_record
 
-  !> Writes one record of forces over the beat.
+  !> Writes one record of forces or landmarks over the beat.
   subroutine write_flight(file, f, failure)
     type(hdf5_file_t), intent(in) :: file
     type(measured_flight_t), intent(in) :: f
@@ -153,6 +154,11 @@ contains
     real(rp), allocatable :: by_time(:, :)
     integer :: n, k
     group = '/flight/'//f%name
+    if (.not. file%has(group)) call write_facts(file, group, f, failure)
+    if (f%side > 0) then
+      call write_landmarks(file, group//'/landmarks', f, failure)
+      return
+    end if
     n = size(f%time)
     components = ''
     units = ''
@@ -160,16 +166,8 @@ contains
       components = components//', '//trim(COMPONENT_NAMES(f%component(k)))
       units = units//', '//component_unit(f%component(k), f%is_per_length)
     end do
-    call file%make_group(group, failure)
-    call put_attribute(file, group, 'frequency', f%frequency, failure)
-    call put_attribute(file, group, 'beats', f%beats, failure)
-    call put_attribute(file, group, 'frame', 'lab', failure)
     call put_attribute(file, group, 'reference', f%reference, failure)
     call put_attribute(file, group, 'correlation_time', f%correlation_time, failure)
-    do k = 1, N_KINEMATICS
-      if (f%kinematic_sd(k) > 0) call put_attribute(file, group, trim(KINEMATIC_SD(k)), f%kinematic_sd(k), failure)
-    end do
-    call put_attribute(file, group, 'per_length', merge(1, 0, f%is_per_length), failure)
     call put_attribute(file, group, 'components', components(3:), failure)
     call put_attribute(file, group, 'units', units(3:), failure)
     k = size(f%component)
@@ -179,6 +177,55 @@ contains
     by_time = transpose(f%sd)
     call write_reals(file, group//'/sd', [k, n], [by_time], failure, '1')
   end subroutine write_flight
+
+  !> Writes what forces and landmarks of a flight have in common.
+  subroutine write_facts(file, group, f, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(measured_flight_t), intent(in) :: f
+    type(failure_t), intent(inout) :: failure
+    integer :: k
+    call file%make_group(group, failure)
+    call put_attribute(file, group, 'frequency', f%frequency, failure)
+    call put_attribute(file, group, 'beats', f%beats, failure)
+    call put_attribute(file, group, 'frame', 'lab', failure)
+    do k = 1, N_KINEMATICS
+      if (f%kinematic_sd(k) > 0) call put_attribute(file, group, trim(KINEMATIC_SD(k)), f%kinematic_sd(k), failure)
+    end do
+    call put_attribute(file, group, 'per_length', merge(1, 0, f%is_per_length), failure)
+  end subroutine write_facts
+
+  !> Writes the landmarks of one wing, from the origin of the case.
+  subroutine write_landmarks(file, group, f, failure)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(measured_flight_t), intent(in) :: f
+    type(failure_t), intent(inout) :: failure
+    character(:), allocatable :: wing
+    real(rp) :: mean(3*f%count_landmarks(), size(f%time)), sd(3*f%count_landmarks(), size(f%time))
+    integer :: k, row
+    wing = group//'/'//trim(SIDE_NAMES(f%side))
+    if (.not. file%has(group)) then
+      call file%make_group(group, failure)
+      call put_attribute(file, group, 'origin', [0.0_rp, 0.0_rp, 0.0_rp], failure)
+      call put_attribute(file, group, 'beats', f%beats, failure)
+      call put_attribute(file, group, 'correlation_time', f%correlation_time, failure)
+      if (f%offset_sd > 0) call put_attribute(file, group, 'offset_sd', f%offset_sd, failure)
+      if (f%turn_sd > 0) call put_attribute(file, group, 'turn_sd', f%turn_sd, failure)
+    end if
+    call file%make_group(wing, failure)
+    mean = ieee_value(0.0_rp, ieee_quiet_nan)
+    sd = 1
+    do k = 1, size(f%component)
+      row = f%component(k) - N_COMPONENTS - 3*f%first
+      mean(row, :) = merge(f%mean(:, k), ieee_value(0.0_rp, ieee_quiet_nan), f%is_known(:, k))
+      sd(row, :) = f%sd(:, k)
+    end do
+    call write_reals(file, wing//'/time', [size(f%time)], f%time, failure, '1')
+    call write_reals(file, wing//'/points', [2, f%count_landmarks()], [f%points], failure)
+    call write_reals(file, wing//'/mean', shape(mean), [mean], failure, '1')
+    call write_reals(file, wing//'/sd', shape(sd), [sd], failure, '1')
+  end subroutine write_landmarks
 
   !> Writes the declared errors.
   subroutine write_accuracy(file, m, failure)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the entries of the catalogue that records of forces over the beat can show: errors of the kinematics, of the flow and of
-!> the force balance. Without such records the catalogue has none of these entries.
+!> Makes the entries of the catalogue that records over the beat can show: errors of the kinematics and of the flow and, if there
+!> are forces, of the force balance. Without such records the catalogue has none of these entries.
 module diagnosis_flight_catalogue
   use base_cause, only: cause_t
   use base_errors, only: require
@@ -217,6 +217,7 @@ contains
     integer, allocatable :: columns(:)
     integer :: i, k
     call find_sizes(facts, flights, scales%sizes, is_there, scales%mass)
+    if (.not. any(is_there)) return
     scales%period = 1/facts%frequency
     scales%is_per_length = facts%is_section
     list = list_balance_causes(scales)
@@ -269,6 +270,7 @@ contains
     sizes = 0
     is_there = .false.
     do r = 1, size(flights)
+      if (flights(r)%side > 0) cycle
       do k = 1, size(flights(r)%component)
         associate (i => flights(r)%component(k), f => flights(r))
           is_there(i) = .true.

@@ -9,7 +9,7 @@ module diagnosis_flight_changes
   use measurement_balance_causes, only: NEED_FORCES
   implicit none
   private
-  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_one_sided
+  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_of_flow, is_one_sided
 
   !> The numbers of the changes that a flight can make. Amplitudes change by a relative amount, angles by degrees, the lead by a
   !> fraction of a beat, the wind by m/s, and the viscosity and the area of the wings by the logarithm of a factor. What the case
@@ -30,7 +30,7 @@ module diagnosis_flight_changes
   end type change_scales_t
 
   real(rp), parameter :: WIND_SD = 0.05_rp !< of the speed of the tip
-  character(*), parameter :: RECORDS = 'records of forces'
+  character(*), parameter :: RECORDS = 'records of forces', MOTIONS = RECORDS//' or landmarks'
 
 contains
 
@@ -60,7 +60,7 @@ contains
     call enlist(list, wing_area())
     call enlist(list, omission(FLOW_BENDING, 'wing_bending', 'bending of the wings', &
                                'The wings bent, and those of the simulation are rigid.', 'The wings bent', &
-                               'as much as [Wing] of the case says', RECORDS//', and [Wing] in the case'))
+                               'as much as [Wing] of the case says', MOTIONS//', and [Wing] in the case'))
     call enlist(list, omission(FLOW_WALL, 'wall', 'a wall', &
                                'There was a wall near the wing that the simulation leaves out.', 'A wall acted', &
                                'as much as one at [Flight] wall_distance', RECORDS//', and [Flight] wall_distance'))
@@ -75,6 +75,12 @@ contains
       end do
     end do
   end function list_change_causes
+
+  !> Tells whether a change acts on the flow alone: landmarks on rigid wings do not show it.
+  pure elemental logical function is_of_flow(number)
+    integer, intent(in) :: number
+    is_of_flow = any(number == [FLOW_VISCOSITY, FLOW_WALL, FLOW_BODY]) .or. number > FLOW_WIND .and. number <= FLOW_WIND + 3
+  end function is_of_flow
 
   !> Tells whether a change cannot be made in both directions: what the case leaves out can only be added.
   pure elemental logical function is_one_sided(number)
@@ -108,7 +114,7 @@ contains
     integer, intent(in) :: number
     character(*), intent(in) :: name, lead, title, sentence
     type(cause_t) :: c
-    c = make_cause(name, title, sentence, RECORDS)
+    c = make_cause(name, title, sentence, MOTIONS)
     call c%add(number, effect_parameter(name, '1', .false., -0.4_rp, 0.4_rp, 0.05_rp))
     call word_factor(c%parameters(1)%words, SCALE_LINEAR, lead, lead, 'larger', 'smaller', 'than the kinematics say', &
                      'what the kinematics say', 0.0_rp)
@@ -119,7 +125,7 @@ contains
     integer, intent(in) :: number
     character(*), intent(in) :: name, lead, title, sentence
     type(cause_t) :: c
-    c = make_cause(name, title, sentence, RECORDS)
+    c = make_cause(name, title, sentence, MOTIONS)
     call c%add(number, effect_parameter(name, 'degree', .false., -20.0_rp, 20.0_rp, 3.0_rp))
     call word_plain(c%parameters(1)%words, 'degrees', lead//' plus', lead//' minus', '', '', '', 0.0_rp)
   end function angle
@@ -127,7 +133,7 @@ contains
   pure function pitch_lead() result(c)
     type(cause_t) :: c
     c = make_cause('pitch_lead', 'pitch at another time', &
-                   'The wing turned about its long axis earlier, or later, in the beat than the kinematics say.', RECORDS)
+                   'The wing turned about its long axis earlier, or later, in the beat than the kinematics say.', MOTIONS)
     call c%add(FLOW_LEAD, effect_parameter(c%name, 'beat', .false., -0.2_rp, 0.2_rp, 0.02_rp))
     call word_plain(c%parameters(1)%words, 'beats', 'The pitch was early by', 'The pitch was late by', '', '', '', 0.0_rp)
   end function pitch_lead
@@ -174,7 +180,7 @@ contains
     character(*), parameter :: PARTS(2) = ['cos', 'sin']
     integer :: k
     c = make_cause('deviation', 'a deviation from the stroke plane', &
-                   'The wing left the stroke plane once in each beat, in another way than the kinematics say.', RECORDS)
+                   'The wing left the stroke plane once in each beat, in another way than the kinematics say.', MOTIONS)
     do k = 1, 2
       call c%add(FLOW_DEVIATION_COS + k - 1, &
                  effect_parameter('deviation:'//PARTS(k), 'degree', .false., -20.0_rp, 20.0_rp, 3.0_rp))
@@ -187,7 +193,7 @@ contains
   pure function wing_area() result(c)
     type(cause_t) :: c
     c = make_cause('wing_area', 'wings of another area', 'The wings were larger, or smaller, than those of the simulation.', &
-                   RECORDS//' on wings that do not bend')
+                   MOTIONS//' on wings that do not bend')
     c%needs = [NEED_RIGID]
     call c%add(FLOW_AREA, effect_parameter(c%name, '1', .true., 0.6_rp, 1.6_rp, 0.1_rp))
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The area of the wings was', 'The area of the wings was', 'larger', &

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Approximates the forces, torques and power for other kinematics and another flow by a quadratic function of the changes c. The
-!> value, the first derivative and the diagonal second derivative at the case come from simulated flights, by central differences
-!> with the steps h_j:
+!> Approximates what a flight shows (forces, torques, power, places of landmarks) for other kinematics and another flow by a
+!> quadratic function of the changes c. The value, the first derivative and the diagonal second derivative at the case come from
+!> simulated flights, by central differences with the steps h_j:
 !>
 !>     F(c) = F_0 + sum_j (F_j+ - F_j-)/(2 h_j) c_j + (F_j+ - 2 F_0 + F_j-)/(2 h_j^2) c_j^2.
 !>
@@ -13,7 +13,7 @@
 !>
 !> A beat of a rigid wing whose frequency is exp(e) times that of the case needs no flight of its own. It is the case in a fluid
 !> of viscosity nu exp(-e) with a wind that is exp(-e) times that of the case. Its forces are exp(2 e) times and its power is
-!> exp(3 e) times as large.
+!> exp(3 e) times as large, and landmarks are where they were.
 module diagnosis_flight_response
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -124,7 +124,7 @@ contains
     logical, intent(in) :: refined(N_REFINEMENTS)
     type(flight_record_t), intent(in) :: records(:)
     type(failure_t), intent(out) :: failure
-    complex(rp), dimension(0:self%n_harmonics, N_COMPONENTS) :: above, below
+    complex(rp), allocatable :: above(:, :), below(:, :)
     integer :: j, n, last
     n = 1
     if (.not. records(1)%is_flown) call failure%raise(records(1)%reason)
@@ -139,9 +139,9 @@ contains
     self%value = series(self, records(1))
     self%samples = records(1)%values
     if (allocated(self%slope)) deallocate (self%slope, self%curvature, self%refined)
-    allocate (self%slope(size(self%value, 1), N_COMPONENTS, N_FLOW), source=cmplx(0, kind=rp))
+    allocate (self%slope(size(self%value, 1), size(self%value, 2), N_FLOW), source=cmplx(0, kind=rp))
     allocate (self%curvature, source=self%slope)
-    allocate (self%refined(size(self%value, 1), N_COMPONENTS, N_REFINEMENTS), source=cmplx(0, kind=rp))
+    allocate (self%refined(size(self%value, 1), size(self%value, 2), N_REFINEMENTS), source=cmplx(0, kind=rp))
     n = 1
     do j = 1, N_REFINEMENTS
       if (.not. refined(j)) cycle
@@ -171,15 +171,15 @@ contains
   pure function series(self, record) result(x)
     class(flight_response_t), intent(in) :: self
     type(flight_record_t), intent(in) :: record
-    complex(rp) :: x(0:self%n_harmonics, N_COMPONENTS)
+    complex(rp) :: x(0:self%n_harmonics, size(record%values, 2))
     x = balance_harmonics(record%values, self%n_harmonics)
   end function series
 
-  !> Returns the Fourier coefficients (harmonics from 0, components) of forces, torques and power [SI units] for the changes c.
+  !> Returns the Fourier coefficients (harmonics from 0, components) of all that is recorded [SI units] for the changes c.
   pure function response_at(self, c) result(values)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: c(N_CHANGES)
-    complex(rp) :: values(0:self%n_harmonics, N_COMPONENTS)
+    complex(rp) :: values(0:self%n_harmonics, size(self%value, 2))
     real(rp) :: seen(N_FLOW)
     integer :: j
     seen = self%seen(c) - self%origin
@@ -195,7 +195,7 @@ contains
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: c(N_CHANGES)
     integer, intent(in) :: j
-    complex(rp) :: values(0:self%n_harmonics, N_COMPONENTS)
+    complex(rp) :: values(0:self%n_harmonics, size(self%value, 2))
     real(rp) :: seen(N_FLOW)
     integer :: i
     seen = self%seen(c) - self%origin
@@ -205,8 +205,10 @@ contains
       values = values*sizes(self, c(FLOW_FREQUENCY))
       return
     end if
-    values = 2*self%at(c)
-    values(:, COMPONENT_POWER) = 1.5_rp*values(:, COMPONENT_POWER)
+    values = self%at(c)
+    do i = 1, size(values, 2)
+      values(:, i) = exponent_of(i)*values(:, i)
+    end do
     associate (e => c(FLOW_FREQUENCY))
       values = values - sizes(self, e)*(self%slope(:, :, FLOW_VISCOSITY) + &
                                         seen(FLOW_VISCOSITY)*self%curvature(:, :, FLOW_VISCOSITY))
@@ -269,12 +271,22 @@ contains
     end do
   end function response_seen
 
-  !> Returns the factors on all harmonics if the frequency changes by the factor exp(e): exp(2e), power exp(3e).
+  !> Returns n: component i grows as exp(n e) if the frequency changes by the factor exp(e).
+  pure integer function exponent_of(i) result(n)
+    integer, intent(in) :: i
+    n = 2
+    if (i == COMPONENT_POWER) n = 3
+    if (i > N_COMPONENTS) n = 0 ! landmarks
+  end function exponent_of
+
+  !> Returns the factors on all harmonics if the frequency changes by the factor exp(e).
   pure function sizes(self, e) result(factors)
     class(flight_response_t), intent(in) :: self
     real(rp), intent(in) :: e
-    real(rp) :: factors(0:self%n_harmonics, N_COMPONENTS)
-    factors = exp(2*e)
-    factors(:, COMPONENT_POWER) = exp(3*e)
+    real(rp) :: factors(0:self%n_harmonics, size(self%value, 2))
+    integer :: i
+    do i = 1, size(factors, 2)
+      factors(:, i) = exp(exponent_of(i)*e)
+    end do
   end function sizes
 end module diagnosis_flight_response

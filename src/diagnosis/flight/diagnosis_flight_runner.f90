@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Defines what a diagnosis needs from a program that simulates flights. The program changes the kinematics or the flow of a given
-!> case, simulates the flight, and returns forces, torques and power over the last beat. A diagnosis does not know the fluid
-!> solver; a program extends `flight_runner_t`.
+!> case, simulates the flight, and returns forces, torques, power and the places of landmarks over the last beat. A diagnosis does
+!> not know the fluid solver; a program extends `flight_runner_t`.
 module diagnosis_flight_runner
   use base_kinds, only: rp
   use base_outcome, only: outcome_t
@@ -26,7 +26,8 @@ module diagnosis_flight_runner
   type :: flight_record_t
     logical :: is_flown = .false.
     character(:), allocatable :: reason                !< why not
-    real(rp) :: values(N_PHASES, N_COMPONENTS) = 0     !< SI units, torques about the origin of the box; per metre of a section
+    real(rp), allocatable :: values(:, :)              !< (N_PHASES, components) SI units, torques about the origin of the box; per
+    !< metre of a section. Behind the components of the force come x, y, z of each landmark, from the origin of the box
   end type flight_record_t
 
   !> The facts are what is known of the case before any flight. They are in SI units.
@@ -41,6 +42,7 @@ module diagnosis_flight_runner
     real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
+    real(rp), allocatable :: rigid(:, :)               !< (N_PHASES, 3 landmarks) [m] x, y, z from the origin of the box, unbent
     real(rp) :: steps = 0, seconds = 0                 !< of one flight, as far as they can be foreseen
     character(200) :: unrefined(N_REFINEMENTS) = ''    !< why this numerical error cannot be made smaller
     real(rp) :: cost(N_REFINEMENTS) = 1                !< of the flight that makes it smaller, in flights of the case

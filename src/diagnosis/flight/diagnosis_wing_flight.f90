@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the residuals of records of forces over the beat, in units of their sd, and their derivatives. It takes the simulated
-!> forces from diagnosis_flight_response and converts them by the model of the balance in measurement_balance. Each component of
-!> each record has its own surface, fold and block. The difference that a finer grid makes is a nuisance, and so is the effect of
-!> an error of the kinematics that the records state. Without records there are no observations here.
+!> Computes the residuals of records over the beat, in units of their sd, and their derivatives. It takes the simulated forces and
+!> places of landmarks from diagnosis_flight_response, and converts forces by the model of the balance in measurement_balance. Each
+!> component of each record has its own surface, fold and block. The difference that a finer grid makes is a nuisance, and so are
+!> the effect of an error of the kinematics that the records state, and an error of the axes of cameras. Without records there are
+!> no observations here.
 module diagnosis_wing_flight
-  use base_constants, only: TWO_PI
   use base_kinds, only: rp
   use diagnosis_flight_catalogue, only: stated_errors
+  use diagnosis_flight_landmarks, only: count_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns, &
+                                        N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
   use diagnosis_flight_refinements, only: N_REFINEMENTS
@@ -14,15 +16,12 @@ module diagnosis_wing_flight
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: labels_t
-  use measurement_balance, only: apply_balance, balance_harmonics, balance_values
-  use measurement_balance_causes, only: BALANCE_MASS, BALANCE_OFFSET, N_BALANCE
+  use measurement_balance, only: apply_balance, balance_harmonics, balance_values, move_torques, without_additions
+  use measurement_balance_causes, only: N_BALANCE
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
   public :: flight_data_t, wing_flight_t
-
-  integer, parameter :: N_WAVES = 6           !< harmonics of an unknown cause
-  real(rp), parameter :: UNKNOWN_SHARE = 0.1_rp !< size of an unknown cause, as a fraction of a component's root mean square
 
   !> The data hold everything that is known of flights before the statistics begin.
   type :: flight_data_t
@@ -50,6 +49,7 @@ module diagnosis_wing_flight
     type(measured_flight_t), allocatable, private :: flights(:)
     integer, allocatable, private :: kind(:), number(:) !< of the parameters
     complex(rp), allocatable, private :: inertia(:, :)
+    integer, allocatable, private :: camera(:)          !< (records), 0: an error of its axes is not stated
     integer, allocatable, private :: record(:)          !< (n) to which an observation belongs,
     real(rp), allocatable, private :: time(:)           !< (n) and when in the beat it is
     real(rp), allocatable, private :: rest(:)           !< (n) of the flight in use, what its series leaves, in sd
@@ -101,8 +101,10 @@ contains
     self%in_use = 1
     self%stated = stated_errors(data%facts)
     self%n_nuisances = count(data%refined) + count(self%stated > 0)
-    if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1
-    self%n_patterns = (2*N_WAVES + 1)*sum([(size(flights(r)%component), r=1, size(flights))])
+    if (data%model_sd > 0) self%n_nuisances = self%n_nuisances + N_COMPONENTS + 1 + merge(1, 0, any(flights%side > 0))
+    self%camera = find_cameras(flights)
+    if (size(flights) > 0) self%n_nuisances = self%n_nuisances + N_MISPLACED*maxval(self%camera)
+    self%n_patterns = sum([(count_patterns(flights(r)), r=1, size(flights))])
   end subroutine flight_init
 
   !> Keeps a further approximation. Returns its number for `use`.
@@ -165,8 +167,8 @@ contains
     end do
   end subroutine find_rest
 
-  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, in units of the sd. With
-  !> `number` it returns the derivative with respect to that coordinate of the balance instead.
+  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, and where landmarks are, in
+  !> units of the sd. With `number` it returns the derivative with respect to that coordinate of the balance instead.
   subroutine flight_show(self, p, series, values, number)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: p(N_BALANCE)
@@ -178,31 +180,24 @@ contains
     at = 0
     do r = 1, size(self%flights)
       associate (f => self%flights(r))
-        x = series
-        a = self%inertia
-        call move_torques(x, f%reference)
-        call move_torques(a, f%reference)
-        call apply_balance(p, f%frequency, x, a, y, number)
+        if (f%side == 0) then
+          x = series(:, :N_COMPONENTS)
+          a = self%inertia
+          call move_torques(x, f%reference)
+          call move_torques(a, f%reference)
+          call apply_balance(p, f%frequency, x, a, y, number)
+        end if
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
-          values(at + 1:at + n) = balance_values(y(:, f%component(k)), self%time(at + 1:at + n))/pack(f%sd(:, k), f%is_known(:, k))
+          associate (time => self%time(at + 1:at + n), sd => pack(f%sd(:, k), f%is_known(:, k)))
+            if (f%side == 0) values(at + 1:at + n) = balance_values(y(:, f%component(k)), time)/sd
+            if (f%side > 0) values(at + 1:at + n) = balance_values(series(:, f%component(k)), time)/sd*merge(0, 1, present(number))
+          end associate
           at = at + n
         end do
       end associate
     end do
   end subroutine flight_show
-
-  !> Converts torques about the origin into torques about `reference` [m].
-  pure subroutine move_torques(x, reference)
-    complex(rp), intent(inout) :: x(0:, :)
-    real(rp), intent(in) :: reference(3)
-    integer :: i, j, k
-    do i = 1, 3
-      j = modulo(i, 3) + 1
-      k = modulo(i + 1, 3) + 1
-      x(:, 3 + i) = x(:, 3 + i) - (reference(j)*x(:, k) - reference(k)*x(:, j))
-    end do
-  end subroutine move_torques
 
   !> Splits the coordinates q of all parameters into the changes c of the flight and the coordinates p of the balance.
   pure subroutine split(self, q, c, p)
@@ -225,7 +220,7 @@ contains
     real(rp), intent(in) :: q(:)
     integer, intent(in) :: columns(:)
     real(rp), intent(out) :: residuals(:), jacobian(:, :)
-    complex(rp) :: series(0:self%data%response%n_harmonics, N_COMPONENTS)
+    complex(rp) :: series(0:self%data%response%n_harmonics, size(self%data%response%value, 2))
     real(rp) :: c(N_CHANGES), p(N_BALANCE)
     integer :: k, i
     call split(self, q, c, p)
@@ -240,15 +235,6 @@ contains
       if (self%kind(i) == KIND_BALANCE) call self%show(p, series, jacobian(:, k), self%number(i))
     end do
   end subroutine flight_evaluate
-
-  !> Returns the coordinates of the balance without the offsets and the mass, which add to the forces of a flight.
-  pure function without_additions(p) result(rest)
-    real(rp), intent(in) :: p(N_BALANCE)
-    real(rp) :: rest(N_BALANCE)
-    rest = p
-    rest(BALANCE_MASS) = 0
-    rest(BALANCE_OFFSET + 1:BALANCE_OFFSET + N_COMPONENTS) = 0
-  end function without_additions
 
   !> Returns the measured means in units of their sd.
   pure function observed(self) result(values)
@@ -268,14 +254,15 @@ contains
   end function observed
 
   !> Returns nuisances(n, n_nuisances) at q. They are the changes that refinements make, if they are known, in the order of their
-  !> numbers, the effects of errors of one sd of the kinematics as far as records state them, and that of an error of one sd of
-  !> the simulation, first on all components together and then on each one alone. Errors of the kinematics whose flights failed
-  !> are not known: their columns are 0.
+  !> numbers, the effects of errors of one sd of the kinematics as far as records state them, then the errors of the axes of each
+  !> camera, and the effect of an error of one sd of the simulation, first on all components of the force together, with the bending
+  !> that landmarks see, then on each one alone and on that bending alone. Errors of the kinematics whose flights failed are not
+  !> known: their columns are 0.
   subroutine flight_nuisances(self, q, nuisances)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
     real(rp), intent(inout) :: nuisances(:, :)
-    complex(rp), dimension(0:self%data%response%n_harmonics, N_COMPONENTS) :: series, one
+    complex(rp), dimension(0:self%data%response%n_harmonics, size(self%data%response%value, 2)) :: series, one
     real(rp) :: c(N_CHANGES), p(N_BALANCE)
     integer :: i, j, last
     if (self%n_nuisances == 0) return
@@ -293,8 +280,18 @@ contains
       if (self%data%response%knows(j)) &
         call self%show(without_additions(p), self%stated(j)*self%data%response%derivative(c, j), nuisances(:, last))
     end do
-    if (.not. self%data%model_sd > 0) return
     series = self%data%response%at(c)
+    do i = 1, maxval(self%camera)
+      call misplacements(self, i, series, nuisances(:, last + 1:last + N_MISPLACED))
+      last = last + N_MISPLACED
+    end do
+    if (.not. self%data%model_sd > 0) return
+    one = 0
+    if (any(self%flights%side > 0)) then
+      one(:, N_COMPONENTS + 1:) = self%data%model_sd*bending(self)
+      call self%show(without_additions(p), one, nuisances(:, self%n_nuisances))
+    end if
+    series(:, N_COMPONENTS + 1:) = one(:, N_COMPONENTS + 1:)/self%data%model_sd ! bends with the forces
     call self%show(without_additions(p), self%data%model_sd*series, nuisances(:, last + 1))
     do i = 1, N_COMPONENTS
       one = 0
@@ -303,28 +300,67 @@ contains
     end do
   end subroutine flight_nuisances
 
-  !> Returns patterns(n, n_patterns): waves over the beat in each component, which stand for the effect of unknown causes.
+  !> Returns the Fourier series of how far [m] bending moves the landmarks in the flight of the case: 0 for rigid wings.
+  pure function bending(self) result(x)
+    class(wing_flight_t), intent(in) :: self
+    complex(rp) :: x(0:self%data%response%n_harmonics, size(self%data%facts%rigid, 2))
+    x = self%approximations(1)%response%value(:, N_COMPONENTS + 1:) - &
+        balance_harmonics(self%data%facts%rigid, self%data%response%n_harmonics)
+    if (.not. self%data%facts%is_flexible) x = 0
+  end function bending
+
+  !> Sets nuisances(n, N_MISPLACED) to the effects of errors of the axes of a camera on the landmarks that have the places `series`.
+  pure subroutine misplacements(self, camera, series, nuisances)
+    class(wing_flight_t), intent(in) :: self
+    integer, intent(in) :: camera
+    complex(rp), intent(in) :: series(0:, :)
+    real(rp), intent(out) :: nuisances(:, :)
+    real(rp) :: pivot(3)
+    integer :: r, k, i, at, n
+    pivot = pivot_of(self%flights, self%camera == camera, series)
+    nuisances = 0
+    at = 0
+    do r = 1, size(self%flights)
+      associate (f => self%flights(r))
+        do k = 1, size(f%component)
+          n = count(f%is_known(:, k))
+          if (self%camera(r) == camera) then
+            do i = 1, N_MISPLACED
+              nuisances(at + 1:at + n, i) = misplaced(f, k, self%time(at + 1:at + n), series, pivot, i)/ &
+                                            pack(f%sd(:, k), f%is_known(:, k))
+            end do
+          end if
+          at = at + n
+        end do
+      end associate
+    end do
+  end subroutine misplacements
+
+  !> Returns patterns(n, n_patterns): waves over the beat in each component of the force, and in motions of the wing that landmarks
+  !> see, which stand for the effect of unknown causes.
   subroutine flight_patterns(self, patterns)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(inout) :: patterns(:, :)
-    integer :: r, k, at, n, h, column
-    real(rp), allocatable :: share(:), angle(:)
+    integer :: r, k, at, n, column
+    real(rp), allocatable :: share(:)
     patterns = 0
     at = 0
     column = 0
     do r = 1, size(self%flights)
       associate (f => self%flights(r))
+        if (f%side > 0) then
+          n = f%count()
+          k = count_patterns(f)
+          call put_wing_patterns(f, self%time(at + 1:at + n), patterns(at + 1:at + n, column + 1:column + k))
+          at = at + n
+          column = column + k
+          cycle
+        end if
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
           share = UNKNOWN_SHARE*sqrt(sum(f%mean(:, k)**2, f%is_known(:, k))/n)/pack(f%sd(:, k), f%is_known(:, k))
-          do h = 0, N_WAVES
-            angle = TWO_PI*h*self%time(at + 1:at + n)
-            column = column + 1
-            patterns(at + 1:at + n, column) = share*cos(angle)
-            if (h == 0) cycle
-            column = column + 1
-            patterns(at + 1:at + n, column) = share*sin(angle)
-          end do
+          call put_waves(share, self%time(at + 1:at + n), patterns(at + 1:at + n, column + 1:column + 2*N_WAVES + 1))
+          column = column + 2*N_WAVES + 1
           at = at + n
         end do
       end associate

@@ -14,7 +14,8 @@ module fsi_body_motion_keys
   use parallel_world, only: world_t
   implicit none
   private
-  public :: body_motion_choices_t, body_motion_choices, body_motion_keys, read_body_motion, read_flight_table
+  public :: body_motion_choices_t, body_motion_choices, body_motion_keys, read_body_motion, read_flight_table, &
+            scale_way
 
   character(*), parameter :: SECTION = 'Insects'
   integer, parameter :: COLUMNS = 14
@@ -48,7 +49,7 @@ contains
     call keys%real('z_takeoff', c%z_takeoff, 0.86_rp, 'BodyMotion = takeoff: z to which the displacement in the table is added', &
                    unit='L')
     call keys%real('body_motion_factor', c%factor, 1.0_rp, 'BodyMotion = from_file::*: factor on the displacement of the body '// &
-                   'from its mean position', min=0.0_rp)
+                   'from its mean position in all whole beats of the table', min=0.0_rp)
     call keys%reals('v0', c%velocity, ZERO, 'velocity of the body at the start', unit='L/T')
   end subroutine body_motion_keys
 
@@ -61,12 +62,13 @@ contains
     call body_motion_keys(keys, c)
   end function body_motion_choices
 
-  !> Makes the motion of the body, which is `body` at the start. A free body gets its velocity `v0` here. Mistakes go to `errors`.
-  !> With `world` the root rank reads files for all, and the call is collective.
-  subroutine read_body_motion(config, body, t_end, motion, errors, notices, world)
+  !> Makes the motion of the body, which is `body` at the start, and whose wings beat `frequency` times per T. A free body gets its
+  !> velocity `v0` here. Mistakes go to `errors`. With `world` the root rank reads files for all, and the call is collective.
+  subroutine read_body_motion(config, body, t_end, frequency, motion, errors, notices, world)
     type(config_t), intent(in) :: config
     type(body_t), intent(in) :: body
-    real(rp), intent(in) :: t_end   !< end of the run, T
+    real(rp), intent(in) :: t_end     !< end of the run, T
+    real(rp), intent(in) :: frequency !< 1/T
     type(body_motion_t), intent(out) :: motion
     type(message_list_t), intent(inout) :: errors, notices
     type(world_t), intent(in), optional :: world
@@ -109,22 +111,29 @@ contains
                              number_text(motion%table(1, size(motion%table, 2)))//', but the run goes from 0 to '// &
                              number_text(t_end))
       end if
-      if (errors%count() == errors_before .and. abs(choices%factor - 1) > 0) call scale_way(choices%factor, motion%table)
+      if (errors%count() == errors_before .and. abs(choices%factor - 1) > 0) call scale_way(choices%factor, frequency, motion%table)
     end associate
   end subroutine read_body_motion
 
-  !> Multiplies the distances of all centres of a table from their mean over time by `factor`; velocities follow.
-  pure subroutine scale_way(factor, table)
-    real(rp), intent(in) :: factor
+  !> Multiplies the distances of all centres of a table from their mean by `factor`; velocities follow. The mean is that of all
+  !> whole beats from the beginning of the table, so that the middle of a periodic way stays where it is; a table of less than a
+  !> beat has the mean of all of it.
+  pure subroutine scale_way(factor, frequency, table)
+    real(rp), intent(in) :: factor, frequency
     real(rp), intent(inout) :: table(:, :)
-    real(rp) :: mean(3)
+    real(rp), parameter :: ALMOST = 1.0e-6_rp !< beats
+    real(rp) :: mean(3), span, share
     integer :: i, n
     n = size(table, 2)
+    span = table(1, n) - table(1, 1)
+    if (span*frequency + ALMOST >= 1) span = min(span, floor(span*frequency + ALMOST)/frequency)
     mean = 0
     do i = 2, n
-      mean = mean + (table(1, i) - table(1, i - 1))*(table(2:4, i) + table(2:4, i - 1))/2
+      associate (step => table(1, i) - table(1, i - 1), from => table(2:4, i - 1), way => table(2:4, i) - table(2:4, i - 1))
+        share = min(1.0_rp, max(0.0_rp, (table(1, 1) + span - table(1, i - 1))/step))
+        mean = mean + share*step*(from + share*way/2)/span
+      end associate
     end do
-    mean = mean/(table(1, n) - table(1, 1))
     do i = 1, n
       table(2:4, i) = mean + factor*(table(2:4, i) - mean)
       table(5:7, i) = factor*table(5:7, i)

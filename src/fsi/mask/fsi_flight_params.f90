@@ -13,6 +13,7 @@ module fsi_flight_params
   use fsi_kinematics_keys, only: keep_in_box, kinematics_choices, kinematics_choices_t, motion_file, read_body, read_motion, &
                                  read_mounts, SIDES
   use fsi_mask_keys, only: read_mask_keys
+  use fsi_landmarks, only: landmarks_t
   use fsi_moments, only: moments_of_points, moments_t, second_of_inertia
   use fsi_rigid_body, only: rigid_body_t
   use fsi_rotation, only: cross
@@ -47,6 +48,7 @@ module fsi_flight_params
     type(moments_t) :: moments              !< of its mass, if it is rigid, about the hinge, in the wing frame
     type(rigid_body_t) :: solid             !< in the wing frame, of a rigid wing drawn up to its outline
     logical :: is_mirrored = .false.        !< the wing is the mirror image of that in its file (fsi_wing_mirror)
+    type(landmarks_t) :: landmarks          !< whose path a run saves
   contains
     procedure :: length => wing_length
     procedure :: mean_chord => wing_mean_chord
@@ -178,7 +180,9 @@ contains
     logical :: is_soft
     call read_body(config, params%body)
     call keep_in_box(config, scene%grid%length, params%body, notices)
-    call read_body_motion(config, params%body, scene%t_end, params%motion, errors, notices, world)
+    kinematics = kinematics_choices(config)
+    params%beats = kinematics%frequency
+    call read_body_motion(config, params%body, scene%t_end, params%beats, params%motion, errors, notices, world)
     call read_flyer(config, params%flyer, errors, notices)
     call read_thin_keys(config, scene%grid, params%thin, notices)
     source = source_choices(config)
@@ -186,8 +190,6 @@ contains
     if (.not. params%thin%is_thin) call read_mask_keys(config, scene%grid, params%half_thickness, params%smoothing, &
                                                        errors, notices, is_soft)
     call read_body_shape(config, scene, params%solid, errors, notices, world)
-    kinematics = kinematics_choices(config)
-    params%beats = kinematics%frequency
   end subroutine read_body_and_mask
 
   !> Adds an error if this wing cannot have the requested edges.

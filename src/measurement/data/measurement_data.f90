@@ -6,7 +6,7 @@ module measurement_data
   use base_text, only: number_text
   use base_visitor, only: visited_t, visitor_t
   use io_hdf5, only: NAME_LENGTH
-  use measurement_flight, only: measured_flight_t, COMPONENT_NAMES
+  use measurement_flight, only: measured_flight_t
   use measurement_modes, only: measured_mode_t, AIR_DENSITY, MEDIUM_AIR
   use measurement_series, only: measured_series_t
   implicit none
@@ -87,7 +87,7 @@ module measurement_data
     real(rp) :: air_density = AIR_DENSITY             !< [kg/m^3] around modes in air
     type(measured_series_t), allocatable :: series(:) !< records of a vibrating wing; may be empty
     real(rp) :: series_air_density = AIR_DENSITY      !< [kg/m^3] around vibrating wings in air
-    type(measured_flight_t), allocatable :: flights(:) !< records of forces over the beat; may be empty
+    type(measured_flight_t), allocatable :: flights(:) !< records over the beat: of forces, then of landmarks; may be empty
     logical :: is_plan = .false.                      !< of an experiment: all heights are 0, none has been measured
   contains
     procedure :: visit => measurement_visit
@@ -266,25 +266,32 @@ contains
     end do
   end function measurement_count_series_observations
 
-  !> Returns the number of records of forces over the beat.
-  pure integer function measurement_count_flights(self) result(n)
+  !> Returns the number of records over the beat: of forces and landmarks, or of landmarks alone, or of forces alone.
+  pure integer function measurement_count_flights(self, has_landmarks) result(n)
     class(measurement_t), intent(in) :: self
+    logical, intent(in), optional :: has_landmarks
     n = 0
-    if (allocated(self%flights)) n = size(self%flights)
+    if (.not. allocated(self%flights)) return
+    n = size(self%flights)
+    if (present(has_landmarks)) n = count((self%flights%side > 0) .eqv. has_landmarks)
   end function measurement_count_flights
 
-  !> Returns how many numbers the records of forces have.
-  pure integer function measurement_count_flight_observations(self) result(n)
+  !> Returns how many numbers these records have.
+  pure integer function measurement_count_flight_observations(self, has_landmarks) result(n)
     class(measurement_t), intent(in) :: self
+    logical, intent(in), optional :: has_landmarks
     integer :: i
     n = 0
     do i = 1, self%count_flights()
+      if (present(has_landmarks)) then
+        if ((self%flights(i)%side > 0) .neqv. has_landmarks) cycle
+      end if
       n = n + self%flights(i)%count()
     end do
   end function measurement_count_flight_observations
 
   !> Returns the name of group l of the data. The loads come first, then the modes, then the traces (name of the record and number
-  !> of the trace), then the components of flights.
+  !> of the trace), then the components and landmarks of flights.
   pure function measurement_surface_name(self, l) result(name)
     class(measurement_t), intent(in) :: self
     integer, intent(in) :: l
@@ -304,7 +311,7 @@ contains
       do i = 1, self%count_flights()
         associate (f => self%flights(i))
           if (k <= size(f%component)) then
-            name = f%name//':'//trim(COMPONENT_NAMES(f%component(k)))
+            name = f%name//':'//f%component_name(k)
             return
           end if
           k = k - size(f%component)

@@ -15,7 +15,7 @@ module measurement_file
   use measurement_data, only: measurement_t, measured_load_t, observation_t, NOT_STATED, QUANTITY_DISPLACEMENT, &
                               QUANTITY_ROTATION
   use measurement_heights, only: read_reference, read_surface
-  use measurement_flight, only: read_flights
+  use measurement_flight_file, only: read_flights
   use measurement_modes, only: read_modes
   use measurement_series, only: read_series
   use solid_wing, only: wing_t

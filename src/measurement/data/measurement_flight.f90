@@ -1,20 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reads records of the forces on a flapping wing: force, torque and power over the beat. They are in the group `/flight` of a
-!> measurement file (docs/formats/measurement-format.md).
+!> Holds what was recorded of a flapping wing over the beat: force, torque and power, or the places of landmarks. The records are in
+!> the group `/flight` of a measurement file (docs/formats/measurement-format.md); measurement_flight_file reads them.
 module measurement_flight
   use base_kinds, only: rp
-  use base_text, only: next_word, number_text, quoted
+  use base_text, only: number_text
   use base_visitor, only: visited_t, visitor_t
-  use io_arrays, only: is_finite, is_group, is_infinite
-  use io_attributes, only: has_attribute
-  use io_hdf5, only: hdf5_file_t, NAME_LENGTH
-  use io_suggest, only: suggestion_t
-  use measurement_attributes, only: above_zero, check_names, from_zero, read_real, read_vector, read_whole, read_word
-  use solid_wing_datasets, only: check_members, read_names, read_real_dataset
+  use io_arrays, only: is_finite, is_infinite
+  use io_hdf5, only: hdf5_file_t
+  use solid_wing_datasets, only: read_real_dataset
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: measured_flight_t, component_unit, read_flights
+  public :: measured_flight_t, component_unit, read_times, read_values
 
   integer, parameter, public :: N_COMPONENTS = 7
   character(5), parameter, public :: COMPONENT_NAMES(N_COMPONENTS) = [character(5) :: 'Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz', 'power']
@@ -23,12 +20,15 @@ module measurement_flight
   character(24), parameter, public :: KINEMATIC_SD(N_KINEMATICS) = [character(24) :: & !< its attributes
     'stroke_amplitude_sd', 'stroke_mean_sd', 'pitch_amplitude_sd', 'pitch_mean_sd', 'pitch_lead_sd', 'deviation_amplitude_sd', &
     'stroke_plane_sd', 'beat_frequency_sd']
-  character(6), parameter :: KINEMATIC_UNITS(N_KINEMATICS) = [character(6) :: '', 'degree', '', 'degree', 'beat', '', 'degree', '']
-  real(rp), parameter :: MOST_SD(N_KINEMATICS) = [0.4_rp, 20.0_rp, 0.4_rp, 20.0_rp, 0.2_rp, 0.4_rp, 20.0_rp, 0.4_rp]
-  integer, parameter :: MOST_FLIGHT_NUMBERS = 20000 !< of all records
+  character(6), parameter, public :: KINEMATIC_UNITS(N_KINEMATICS) = [character(6) :: &
+    '', 'degree', '', 'degree', 'beat', '', 'degree', '']
+  character(5), parameter, public :: SIDE_NAMES(2) = [character(5) :: 'left', 'right'] !< of wings that have landmarks
+  real(rp), parameter, public :: FAR = 1.0e4_rp !< [m]
   integer, parameter :: FEWEST = 4 !< times of a record
 
-  !> A record holds the means over several beats at fixed times of the beat.
+  !> A record holds the means over several beats at fixed times of the beat: of components of the force, or of coordinates of
+  !> landmarks on one wing. The coordinates have numbers behind the components of the force: N_COMPONENTS + 3 (l - 1) + 1, 2, 3 for
+  !> x, y, z of landmark l, counted over all records of a file.
   type, extends(visited_t) :: measured_flight_t
     character(:), allocatable :: name
     real(rp) :: frequency = 0                 !< [Hz] of the beat
@@ -37,17 +37,23 @@ module measurement_flight
     real(rp) :: correlation_time = 0          !< [s] of the errors of each component; 0: they are independent
     real(rp) :: kinematic_sd(N_KINEMATICS) = 0 !< of the kinematics as measured: relative, degrees, beats; 0: not stated
     logical :: is_per_length = .false.        !< values are per metre of span, from a two-dimensional section
-    integer, allocatable :: component(:)      !< (k) numbers in COMPONENT_NAMES
+    integer :: side = 0                       !< number in SIDE_NAMES of the wing that has the landmarks; 0: forces
+    integer :: first = 0                      !< number of landmarks in the records before
+    real(rp) :: offset_sd = 0                 !< [m] of each coordinate of the origin of all landmarks of this flight
+    real(rp) :: turn_sd = 0                   !< [degree] of the turn of their axes about x, y and z
+    real(rp), allocatable :: points(:, :)     !< (2, landmarks) [m] (x, y) on the flat wing
+    integer, allocatable :: component(:)      !< (k) numbers in COMPONENT_NAMES, or of coordinates
     real(rp), allocatable :: time(:)          !< (n) of the beat, increasing, in [0, 1)
-    real(rp), allocatable :: mean(:, :)       !< (n, k) [N], [N m] or [W]; 0 where unknown
+    real(rp), allocatable :: mean(:, :)       !< (n, k) [N], [N m], [W] or [m], from the origin of the case; 0 where unknown
     logical, allocatable :: is_known(:, :)    !< (n, k)
     real(rp), allocatable :: sd(:, :)         !< (n, k) of `mean`, in its unit; 1 where unknown
   contains
     procedure :: visit => flight_visit
     procedure :: count => flight_count
+    procedure :: count_landmarks => flight_count_landmarks
+    procedure :: component_name => flight_component_name
+    procedure :: landmark_of => flight_landmark_of
   end type measured_flight_t
-
-  real(rp), parameter :: FAR = 1.0e4_rp       !< [m]
 
 contains
 
@@ -62,6 +68,11 @@ contains
     call visitor%visit('correlation_time', self%correlation_time)
     call visitor%visit('kinematic_sd', self%kinematic_sd)
     call visitor%visit('is_per_length', self%is_per_length)
+    call visitor%visit('side', self%side)
+    call visitor%visit('first', self%first)
+    call visitor%visit('offset_sd', self%offset_sd)
+    call visitor%visit('turn_sd', self%turn_sd)
+    call visitor%visit_allocatable('points', self%points)
     call visitor%visit_allocatable('component', self%component)
     call visitor%visit_allocatable('time', self%time)
     call visitor%visit_allocatable('mean', self%mean)
@@ -76,6 +87,40 @@ contains
     if (allocated(self%is_known)) n = count(self%is_known)
   end function flight_count
 
+  !> Returns how many landmarks the record has.
+  pure integer function flight_count_landmarks(self) result(n)
+    class(measured_flight_t), intent(in) :: self
+    n = 0
+    if (allocated(self%points)) n = size(self%points, 2)
+  end function flight_count_landmarks
+
+  !> Returns [l, axis] of column k of a record of landmarks: the number of the landmark in the record, and 1 to 3 for x to z. For
+  !> forces it is [0, 0].
+  pure function flight_landmark_of(self, k) result(at)
+    class(measured_flight_t), intent(in) :: self
+    integer, intent(in) :: k
+    integer :: at(2), number
+    at = 0
+    if (self%side == 0) return
+    number = self%component(k) - N_COMPONENTS - 1 - 3*self%first
+    at = [number/3 + 1, modulo(number, 3) + 1]
+  end function flight_landmark_of
+
+  !> Returns the name of column k: 'Fy', or 'left:3:y' for y of the third landmark on the left wing.
+  pure function flight_component_name(self, k) result(name)
+    class(measured_flight_t), intent(in) :: self
+    integer, intent(in) :: k
+    character(:), allocatable :: name
+    character(*), parameter :: AXES = 'xyz'
+    integer :: at(2)
+    if (self%side == 0) then
+      name = trim(COMPONENT_NAMES(self%component(k)))
+      return
+    end if
+    at = self%landmark_of(k)
+    name = trim(SIDE_NAMES(self%side))//':'//number_text(at(1))//':'//AXES(at(2):at(2))
+  end function flight_component_name
+
   !> Returns the unit of a component, for a wing or, if `is_per_length`, per metre of span.
   pure function component_unit(component, is_per_length) result(unit)
     integer, intent(in) :: component
@@ -86,122 +131,14 @@ contains
       unit = trim(merge('N/m', 'N  ', is_per_length))
     case (4:6)
       unit = trim(merge('N  ', 'N m', is_per_length))
-    case default
+    case (COMPONENT_POWER)
       unit = trim(merge('W/m', 'W  ', is_per_length))
+    case default
+      unit = 'm'
     end select
   end function component_unit
 
-  !> Reads all records of a file in alphabetical order. `flights` is empty if the file has none. Mistakes in the file go to
-  !> `report`.
-  subroutine read_flights(file, flights, report)
-    type(hdf5_file_t), intent(in) :: file
-    type(measured_flight_t), allocatable, intent(out) :: flights(:)
-    type(wing_report_t), intent(inout) :: report
-    character(NAME_LENGTH), allocatable :: names(:)
-    integer :: i, total
-    call read_names(file, '/flight', names, report)
-    allocate (flights(size(names)))
-    if (is_group(file, '/flight')) call check_names(file, '/flight', [character(1) ::], report)
-    total = 0
-    do i = 1, size(names)
-      associate (f => flights(i))
-        f%name = trim(names(i))
-        allocate (f%component(0), f%time(0), f%mean(0, 0), f%is_known(0, 0), f%sd(0, 0))
-        call read_one(file, '/flight/'//f%name, f, report)
-        total = total + f%count()
-      end associate
-    end do
-    if (total > MOST_FLIGHT_NUMBERS) &
-      call report%add('/flight', 'holds '//number_text(total)//' numbers; at most '//number_text(MOST_FLIGHT_NUMBERS)// &
-                      ' are valid: take fewer times of the beat')
-  end subroutine read_flights
-
-  !> Reads one record of a flight.
-  subroutine read_one(file, group, f, report)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: group
-    type(measured_flight_t), intent(inout) :: f
-    type(wing_report_t), intent(inout) :: report
-    character(:), allocatable :: text
-    integer :: per_length, i
-    if (.not. is_group(file, group)) then
-      call report%add(group, 'is not a group with the attributes frequency, beats, frame, reference, components and units')
-      return
-    end if
-    call check_members(file, group, [character(6) :: 'time', 'mean', 'sd', 'spread'], report)
-    call check_names(file, group, [character(24) :: 'frequency', 'beats', 'frame', 'reference', 'correlation_time', &
-                                   'per_length', 'components', 'units', KINEMATIC_SD], report)
-    call read_real(file, group, 'frequency', 'Hz', above_zero(1.0e9_rp), f%frequency, report)
-    call read_beats(file, group, f, report)
-    call read_word(file, group, 'frame', .true., text, report)
-    if (len(text) > 0 .and. text /= 'lab') call report%add(group, 'attribute frame is '//quoted(text)//'; valid: lab')
-    call read_vector(file, group, 'reference', 'm', FAR, f%reference, report)
-    call read_real(file, group, 'correlation_time', 's', from_zero(1.0e6_rp), f%correlation_time, report, 0.0_rp)
-    do i = 1, N_KINEMATICS
-      if (has_attribute(file, group, trim(KINEMATIC_SD(i)))) &
-        call read_real(file, group, trim(KINEMATIC_SD(i)), trim(KINEMATIC_UNITS(i)), above_zero(MOST_SD(i)), f%kinematic_sd(i), &
-                       report)
-    end do
-    call read_whole(file, group, 'per_length', 0, 1, 0, per_length, report)
-    f%is_per_length = per_length == 1
-    call read_components(file, group, f, report)
-    call read_times(file, group, f, report)
-    if (size(f%component) > 0 .and. size(f%time) > 0) call read_values(file, group, f, report)
-  end subroutine read_one
-
-  !> Reads the number of beats that were averaged.
-  subroutine read_beats(file, group, f, report)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: group
-    type(measured_flight_t), intent(inout) :: f
-    type(wing_report_t), intent(inout) :: report
-    if (.not. has_attribute(file, group, 'beats')) &
-      call report%add(group, 'attribute beats is missing; it must hold the number of beats that were averaged')
-    call read_whole(file, group, 'beats', 1, huge(1), 1, f%beats, report)
-  end subroutine read_beats
-
-  !> Reads the names of the components, and checks that the attribute `units` names their units.
-  subroutine read_components(file, group, f, report)
-    type(hdf5_file_t), intent(in) :: file
-    character(*), intent(in) :: group
-    type(measured_flight_t), intent(inout) :: f
-    type(wing_report_t), intent(inout) :: report
-    character(:), allocatable :: text, units
-    type(suggestion_t) :: suggestion
-    integer :: at, first, last, i, c
-    logical :: found
-    call read_word(file, group, 'components', .true., text, report)
-    call read_word(file, group, 'units', .true., units, report)
-    at = 1
-    do
-      call next_word(text, ' ,', at, first, last, found)
-      if (.not. found .and. at == 1 .and. len(text) > 0) &
-        call report%add(group, 'attribute components names none; valid: Fx, Fy, Fz, Mx, My, Mz, power')
-      if (.not. found) exit
-      c = 0
-      call suggestion%start(text(first:last))
-      do i = 1, N_COMPONENTS
-        if (text(first:last) == COMPONENT_NAMES(i)) c = i
-        call suggestion%offer(trim(COMPONENT_NAMES(i)))
-      end do
-      if (c == 0) then
-        call report%add(group, 'attribute components: unknown component '//quoted(text(first:last))//suggestion%hint()// &
-                        '; valid: Fx, Fy, Fz, Mx, My, Mz, power')
-      else if (any(f%component == c)) then
-        call report%add(group, 'attribute components names '//quoted(text(first:last))//' twice')
-      else
-        f%component = [f%component, c]
-      end if
-    end do
-    if (len(units) == 0 .or. size(f%component) == 0) return
-    text = component_unit(f%component(1), f%is_per_length)
-    do i = 2, size(f%component)
-      text = text//', '//component_unit(f%component(i), f%is_per_length)
-    end do
-    if (units /= text) call report%add(group, 'attribute units is '//quoted(units)//'; it must be '//quoted(text))
-  end subroutine read_components
-
-  !> Reads the times of a record, fractions of a beat in ascending order.
+  !> Reads the times of a record, fractions of a beat in ascending order. There are none after a mistake, which goes to `report`.
   subroutine read_times(file, group, f, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -226,7 +163,8 @@ contains
     end if
   end subroutine read_times
 
-  !> Reads the means and their sd. The sd is either given or computed from the spread over the beats.
+  !> Reads the means of all components, and their sd, which is either given or computed from the spread over the beats. Nothing is
+  !> read after a mistake, which goes to `report`.
   subroutine read_values(file, group, f, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -261,14 +199,16 @@ contains
       call report%add(group//'/'//name, 'holds a number that is infinite or undefined where the mean is known')
     else if (.not. all(pack(sd, is_known) > 0)) then
       call report%add(group//'/'//name, 'holds '//number_text(minval(pack(sd, is_known)))//'; standard deviations must be positive')
-    else if (.not. all(any(reshape(is_known, [k, n]), 2))) then
+    else if (.not. any(is_known)) then
+      call report%add(group//'/mean', 'holds no number; leave the record out')
+    else if (f%side == 0 .and. .not. all(any(reshape(is_known, [k, n]), 2))) then
       call report%add(group//'/mean', 'holds a column without any number; leave the component out')
     else
+      if (name == 'spread') sd = sd/sqrt(real(f%beats, rp))
       where (.not. is_known)
         mean = 0
         sd = 1
       end where
-      if (name == 'spread') sd = sd/sqrt(real(f%beats, rp))
       f%is_known = transpose(reshape(is_known, [k, n]))
       f%mean = transpose(reshape(mean, [k, n]))
       f%sd = transpose(reshape(sd, [k, n]))

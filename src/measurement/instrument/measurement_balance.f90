@@ -19,7 +19,7 @@ module measurement_balance
   use measurement_flight, only: N_COMPONENTS
   implicit none
   private
-  public :: apply_balance, balance_harmonics, balance_values
+  public :: apply_balance, balance_harmonics, balance_values, move_torques, without_additions
 
   real(rp), parameter :: DEGREE = PI/180
 
@@ -55,6 +55,27 @@ contains
       values = values + real(x(h), rp)*cos(TWO_PI*h*s) - aimag(x(h))*sin(TWO_PI*h*s)
     end do
   end function balance_values
+
+  !> Converts the series x(0:H, 7) with torques about the origin into one with torques about `reference` [m].
+  pure subroutine move_torques(x, reference)
+    complex(rp), intent(inout) :: x(0:, :)
+    real(rp), intent(in) :: reference(3)
+    integer :: i, j, k
+    do i = 1, 3
+      j = modulo(i, 3) + 1
+      k = modulo(i + 1, 3) + 1
+      x(:, 3 + i) = x(:, 3 + i) - (reference(j)*x(:, k) - reference(k)*x(:, j))
+    end do
+  end subroutine move_torques
+
+  !> Returns the coordinates of the balance without the offsets and the mass, which add to the forces of a flight.
+  pure function without_additions(p) result(rest)
+    real(rp), intent(in) :: p(N_BALANCE)
+    real(rp) :: rest(N_BALANCE)
+    rest = p
+    rest(BALANCE_MASS) = 0
+    rest(BALANCE_OFFSET + 1:BALANCE_OFFSET + N_COMPONENTS) = 0
+  end function without_additions
 
   !> Returns in y(0:H, 7) what the balance with the coordinates p(N_BALANCE) indicates for the series x(0:H, 7) at the frequency
   !> [Hz] of the beat. a(0:H, 7) is the series of the inertia of a unit mass. With `number`, y is the derivative with respect to

@@ -3,7 +3,9 @@
 !> of the extended model, and how well both predict what was left out.
 module diagnose_counts
   use base_kinds, only: rp
+  use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
+  use diagnose_words, only: fixed
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
   use inference_simulator, only: labels_t
@@ -11,10 +13,13 @@ module diagnose_counts
   use io_json, only: json_t
   implicit none
   private
-  public :: counts_t
+  public :: counts_t, print_kinds
 
-  integer, parameter, public :: DATA_BENDING = 1, DATA_MODES = 2, DATA_SERIES = 3, DATA_FLIGHT = 4
-  character(*), parameter, public :: DATA_NAMES(4) = [character(7) :: 'bending', 'modes', 'series', 'flight']
+  integer, parameter, public :: DATA_BENDING = 1, DATA_MODES = 2, DATA_SERIES = 3, DATA_FLIGHT = 4, DATA_LANDMARKS = 5
+  character(*), parameter, public :: DATA_NAMES(5) = [character(9) :: 'bending', 'modes', 'series', 'flight', 'landmarks']
+
+  character(*), parameter :: DATA_WORDS(5) = [character(21) :: 'bending tests', 'natural modes', 'records of motion', &
+                                                                  'forces over the beat', 'landmarks']
 
   type :: counts_t
     integer, allocatable :: kind(:)         !< (surfaces) of data, one of the above
@@ -38,15 +43,8 @@ contains
     type(diagnose_settings_t), intent(in) :: s
     type(labels_t), intent(in) :: labels
     type(diagnosis_t), intent(in) :: d
-    integer :: l, i, n
-    allocate (self%kind(0))
-    self%kind = [(DATA_BENDING, i=1, size(s%measurement%loads)), (DATA_MODES, i=1, s%measurement%count_modes())]
-    n = 0
-    do l = 1, s%measurement%count_series()
-      n = n + size(s%measurement%series(l)%sigma)
-    end do
-    self%kind = [self%kind, (DATA_SERIES, i=1, n)]
-    self%kind = [self%kind, (DATA_FLIGHT, i=size(self%kind) + 1, size(labels%fold))]
+    integer :: l
+    self%kind = kinds_of(s)
     self%n = [(count(labels%surface == l), l=1, size(labels%fold))]
     self%fold = labels%fold
     self%baseline = squares_of(d%initial_baseline, size(self%fold))
@@ -54,6 +52,61 @@ contains
     self%left_out = d%prediction%baseline
     self%extended_left_out = d%prediction%extended
   end subroutine counts_init
+
+  !> Returns the kind of data of each surface.
+  pure function kinds_of(s) result(kind)
+    type(diagnose_settings_t), intent(in) :: s
+    integer, allocatable :: kind(:)
+    integer :: i, l, n
+    kind = [(DATA_BENDING, i=1, size(s%measurement%loads)), (DATA_MODES, i=1, s%measurement%count_modes())]
+    n = 0
+    do l = 1, s%measurement%count_series()
+      n = n + size(s%measurement%series(l)%sigma)
+    end do
+    kind = [kind, (DATA_SERIES, i=1, n)]
+    do l = 1, merge(s%measurement%count_flights(), 0, s%flights%is_ready)
+      associate (f => s%measurement%flights(l))
+        kind = [kind, (merge(DATA_FLIGHT, DATA_LANDMARKS, f%side == 0), i=1, size(f%component))]
+      end associate
+    end do
+  end function kinds_of
+
+  !> Prints on `unit` what each kind of data contributes to chi^2 of the baseline, if there are several.
+  subroutine print_kinds(unit, s, d)
+    integer, intent(in) :: unit
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    integer, allocatable :: kind(:)
+    real(rp), allocatable :: squares(:)
+    character(:), allocatable :: text
+    integer :: i
+    kind = kinds_of(s)
+    if (size(kind) == 0) return
+    if (all(kind == kind(1))) return
+    squares = squares_of(d%initial_baseline, size(kind))
+    text = ''
+    do i = 1, size(DATA_WORDS)
+      if (any(kind == i)) text = text//', '//trim(DATA_WORDS(i))//' '//fixed(sum(squares, kind == i), 1)//' of '// &
+                                 number_text(numbers_of(s, i))
+    end do
+    write (unit, '(a)') '          of which '//text(3:)
+  end subroutine print_kinds
+
+  !> Returns how many numbers of a kind were measured.
+  pure integer function numbers_of(s, kind) result(n)
+    type(diagnose_settings_t), intent(in) :: s
+    integer, intent(in) :: kind
+    select case (kind)
+    case (DATA_BENDING)
+      n = s%bins%n
+    case (DATA_MODES)
+      n = s%measurement%count_mode_observations()
+    case (DATA_SERIES)
+      n = s%measurement%count_series_observations()
+    case default
+      n = s%measurement%count_flight_observations(has_landmarks=kind == DATA_LANDMARKS)
+    end select
+  end function numbers_of
 
   !> Returns what each of n surfaces contributes to chi^2 of a fit.
   pure function squares_of(fit, n) result(squares)

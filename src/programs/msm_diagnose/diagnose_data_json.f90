@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Writes the data of a diagnosis to NAME.json, one entry for each kind of data that was measured, all of the same form.
 module diagnose_data_json
-  use diagnose_counts, only: counts_t, DATA_BENDING, DATA_FLIGHT, DATA_MODES, DATA_SERIES
+  use diagnose_counts, only: counts_t, DATA_BENDING, DATA_FLIGHT, DATA_LANDMARKS, DATA_MODES, DATA_SERIES
   use diagnose_flight_json, only: put_flights
   use diagnose_modes, only: put_modes
   use diagnose_series, only: put_series
@@ -22,7 +22,7 @@ contains
     type(diagnosis_t), intent(in) :: d
     integer :: kind
     call json%open_list('data')
-    do kind = 1, DATA_FLIGHT
+    do kind = 1, DATA_LANDMARKS
       if (counts%first(kind) == 0) cycle
       call json%open_object('')
       call counts%put_kind(json, kind)
@@ -33,8 +33,8 @@ contains
         call put_modes(json, s, counts, d)
       case (DATA_SERIES)
         call put_series(json, s, counts, d)
-      case (DATA_FLIGHT)
-        call put_flights(json, s, counts, d)
+      case (DATA_FLIGHT, DATA_LANDMARKS)
+        call put_flights(json, s, counts, d, kind)
       end select
       call json%close()
     end do

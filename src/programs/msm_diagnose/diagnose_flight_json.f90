@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Writes records of forces over the beat to NAME.json: measured, simulated by the given case, and simulated with the causes that
-!> were found. It also writes the case with these causes for flusi.
+!> Writes records over the beat, of forces and of landmarks, to NAME.json: measured, simulated by the given case, and simulated with
+!> the causes that were found. It also writes the case with these causes for flusi.
 module diagnose_flight_json
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
-  use diagnose_counts, only: counts_t, DATA_FLIGHT
+  use diagnose_counts, only: counts_t
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY
   use diagnosis_flight_refinements, only: refinement_names, N_REFINEMENTS, REFINE_GRID
@@ -18,19 +18,20 @@ module diagnose_flight_json
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
   use io_json, only: json_t
-  use measurement_flight, only: component_unit, COMPONENT_NAMES
+  use measurement_flight, only: component_unit, measured_flight_t, SIDE_NAMES
   implicit none
   private
   public :: put_flights, write_extended_flight
 
 contains
 
-  !> Adds the facts of the flight and the list `sets` of its records to the open object.
-  subroutine put_flights(json, s, counts, d)
+  !> Adds the facts of the flight and the list `sets` of its records of this kind of data to the open object.
+  subroutine put_flights(json, s, counts, d, kind)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
     type(counts_t), intent(in) :: counts
     type(diagnosis_t), intent(in) :: d
+    integer, intent(in) :: kind !< DATA_FLIGHT or DATA_LANDMARKS
     type(wing_flight_t) :: flight
     real(rp), allocatable :: baseline(:), extended(:), refined(:, :), nothing(:, :)
     integer :: r, k, at, n, surface
@@ -42,33 +43,29 @@ contains
     extended = baseline
     call use_flight_of(d%extended, s%flights, flight)
     if (d%extended%is_found) call flight%evaluate(d%extended%q, [integer ::], extended, nothing)
-    call json%put('case', s%flights%facts%path)
-    call json%put('frequency_hz', s%flights%facts%frequency)
-    call json%put('is_section', s%flights%facts%is_section)
-    call json%put('is_refined', s%flights%refined(REFINE_GRID))
-    call json%put('refinements', refinement_names(s%flights%refined))
-    call put_rounds(json, d)
+    call put_facts(json, s, d)
     call json%open_list('sets')
     at = 0
-    surface = counts%first(DATA_FLIGHT)
+    surface = size(counts%kind) - sum([(size(s%measurement%flights(r)%component), r=1, size(s%measurement%flights))])
     do r = 1, size(s%measurement%flights)
       associate (f => s%measurement%flights(r))
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
+          at = at + n
+          surface = surface + 1
+          if (counts%kind(surface) /= kind) cycle
           call json%open_object('')
           call counts%put(json, s%measurement%surface_name(surface), surface, 1)
           call json%put('record', f%name)
-          call json%put('component', trim(COMPONENT_NAMES(f%component(k))))
+          call put_component(json, f, k)
           call json%put('unit', component_unit(f%component(k), f%is_per_length))
           call json%put('time', pack(f%time, f%is_known(:, k)))
           call json%put('measured', pack(f%mean(:, k), f%is_known(:, k)))
           call json%put('sd', pack(f%sd(:, k), f%is_known(:, k)))
-          call put_residuals('simulated', baseline(at + 1:at + n))
-          call put_residuals('extended', extended(at + 1:at + n))
-          call put_differences(json, s%flights%refined, refined(at + 1:at + n, :))
+          call put_residuals('simulated', baseline(at - n + 1:at))
+          call put_residuals('extended', extended(at - n + 1:at))
+          call put_differences(json, s%flights%refined, refined(at - n + 1:at, :))
           call json%close()
-          at = at + n
-          surface = surface + 1
         end do
       end associate
     end do
@@ -86,6 +83,37 @@ contains
     end subroutine put_residuals
 
   end subroutine put_flights
+
+  !> Adds which case was flown, and how.
+  subroutine put_facts(json, s, d)
+    type(json_t), intent(inout) :: json
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    call json%put('case', s%flights%facts%path)
+    call json%put('frequency_hz', s%flights%facts%frequency)
+    call json%put('is_section', s%flights%facts%is_section)
+    call json%put('is_refined', s%flights%refined(REFINE_GRID))
+    call json%put('refinements', refinement_names(s%flights%refined))
+    call put_rounds(json, d)
+  end subroutine put_facts
+
+  !> Adds which component of the force, or which coordinate of which landmark, column k of a record is.
+  subroutine put_component(json, f, k)
+    type(json_t), intent(inout) :: json
+    type(measured_flight_t), intent(in) :: f
+    integer, intent(in) :: k
+    character(*), parameter :: AXES = 'xyz'
+    integer :: at(2)
+    if (f%side == 0) then
+      call json%put('component', f%component_name(k))
+      return
+    end if
+    at = f%landmark_of(k)
+    call json%put('component', AXES(at(2):at(2)))
+    call json%put('wing', trim(SIDE_NAMES(f%side)))
+    call json%put('landmark', at(1))
+    call json%put('point', f%points(:, at(1)))
+  end subroutine put_component
 
   !> Adds the root mean squares of what refinements change, the first columns of refined(:, :), which are in sd.
   subroutine put_differences(json, is_refined, refined)

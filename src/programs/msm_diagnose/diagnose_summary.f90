@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Prints what a diagnosis found on the terminal, in at most 16 lines.
+!> Prints what a diagnosis found on the terminal, in at most 17 lines.
 module diagnose_summary
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_counts, only: print_kinds
   use diagnose_findings, only: cause_finding
   use diagnose_modes, only: print_modes
   use diagnose_settings, only: diagnose_settings_t
@@ -22,7 +23,7 @@ module diagnose_summary
 
 contains
 
-  !> Prints on `unit`, in at most 16 lines, the data, the misfit of the baseline, the verdict with its causes, and what to measure
+  !> Prints on `unit`, in at most 17 lines, the data, the misfit of the baseline, the verdict with its causes, and what to measure
   !> next.
   subroutine print_verdict(unit, s, d, discretisation, next, zeros, unknown)
     integer, intent(in) :: unit
@@ -74,6 +75,7 @@ contains
         s%measurement%count_flight_observations()
     write (unit, '(a)') 'baseline  chi^2 = '//fixed(d%initial_baseline%chi2, 1)//' of '//number_text(n)// &
       ' numbers; variance over that of the noise model '//fixed(d%tests%scale, 3)
+    call print_kinds(unit, s, d)
     write (unit, '(a)') 'misfit    noise alone gives differences of this size with p = '// &
       probability_text(d%decision%log_p_global)// &
       ' (all tests and checks together); signal-to-noise ratio of the causes '//fixed(d%decision%snr, 1)
@@ -175,7 +177,7 @@ contains
     others = ''
     if (s%measurement%count_modes() > 0) others = others//' or natural mode'
     if (s%measurement%count_series() > 0) others = others//' or record of motion'
-    if (s%measurement%count_flights() > 0) others = others//' or record of forces'
+    if (s%measurement%count_flights() > 0) others = others//' or record of a flight'
     text = 'no additional point load'
     if (others == '') return
     others = 'no'//others(4:)//' measured once more'
@@ -193,8 +195,10 @@ contains
                                                 number_text(s%measurement%count_mode_observations())//' numbers), '
     if (s%measurement%count_series() > 0) what = what//number_text(s%measurement%count_series())//' records of motion ('// &
                                                  number_text(s%measurement%count_series_observations())//' numbers), '
-    if (s%measurement%count_flights() > 0) what = what//number_text(s%measurement%count_flights())// &
-                                      ' records of forces ('//number_text(s%measurement%count_flight_observations())//' numbers), '
+    if (s%measurement%count_flights(.false.) > 0) what = what//number_text(s%measurement%count_flights(.false.))// &
+                              ' records of forces ('//number_text(s%measurement%count_flight_observations(.false.))//' numbers), '
+    if (s%measurement%count_flights(.true.) > 0) what = what//number_text(s%measurement%count_flights(.true.))// &
+                            ' records of landmarks ('//number_text(s%measurement%count_flight_observations(.true.))//' numbers), '
     if (size(s%measurement%loads) == 0) then
       write (unit, '(a)') what(:len(what) - 2)//'; '//s%measurement_path
       return

@@ -75,7 +75,7 @@ contains
     real(rp) :: middle(2)
     text = 'not on the wing: each scan is bent in another way (by the rig, or by the scan before it)'
     if (unknown%family == FAMILY_SCANS) return
-    text = 'in the forces over the beat'
+    text = 'in the records over the beat'
     if (unknown%family == FAMILY_FLIGHT) return
     text = 'no place stands out'
     if (unknown%region%n_parts == 0) return

@@ -8,7 +8,7 @@ program test_flight_response
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WALL, &
                                       FLOW_WIND, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: read_refinements, refinement_names, N_REFINEMENTS, REFINE_BOX, REFINE_GRID
-  use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
+  use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t, N_PHASES
   use measurement_flight, only: N_COMPONENTS
   use testkit, only: testkit_t
   implicit none
@@ -191,7 +191,7 @@ contains
     allocate (records(size(requests)))
     do i = 1, size(requests)
       records(i)%is_flown = .true.
-      records(i)%values = force(requests(i)%change)
+      allocate (records(i)%values(N_PHASES, N_COMPONENTS), source=force(requests(i)%change))
       if (requests(i)%refinement == REFINE_GRID) records(i)%values = 1.1_rp*records(i)%values
       if (requests(i)%refinement == REFINE_BOX) records(i)%values = 0.8_rp*records(i)%values
     end do

@@ -6,7 +6,7 @@ program test_body_motion
   use base_kinds, only: rp
   use fsi_body_motion, only: body_motion_t, MOTION_BUFFETING, MOTION_CASTING, MOTION_FREE, MOTION_PITCH_PARAM, MOTION_TABLE, &
                              MOTION_TETHERED, MOTION_WHEELING, MOTION_YAWPITCHROLL, SWINGS
-  use fsi_body_motion_keys, only: read_flight_table
+  use fsi_body_motion_keys, only: read_flight_table, scale_way
   use fsi_kinematics, only: body_t
   use fsi_quaternion, only: attitude_of
   use fsi_wing_motion_table, only: read_body_states
@@ -18,6 +18,7 @@ program test_body_motion
   call kit%start(parallel=.false.)
   call check_words(kit)
   call check_table(kit)
+  call check_scaled(kit)
   call check_loader(kit)
   call check_known(kit)
   call check_mean_speed(kit)
@@ -111,6 +112,31 @@ contains
     call read_flight_table('0 0 0 0 0 0 0 1 1 0 0 0 0 0'//NL//'1 0 0 0 0 0 0 1 0 0 0 0 0 0'//NL, 'bad.t', motion%table, errors)
     call kit%check('a short row, a time that stands and a quaternion of another length are refused', errors%count() == 3)
   end subroutine check_table
+
+  !> A way that is larger by a factor keeps its middle, although the table goes on for a part of a beat. Of a part of a beat alone
+  !> it keeps the mean of that part. Rows of equal distance give the mean of a sine over whole beats exactly.
+  subroutine check_scaled(kit)
+    type(testkit_t), intent(inout) :: kit
+    integer, parameter :: N = 40
+    real(rp), parameter :: F = 0.25_rp, MIDDLE(3) = [1.0_rp, 2.0_rp, 3.0_rp], FACTOR = 1.5_rp
+    real(rp) :: table(14, 0:2*N + N/4), small(14, 0:N/2)
+    integer :: i
+    table = 0
+    do i = 0, ubound(table, 2)
+      associate (angle => 2*PI*i/N)
+        table(1, i) = i/(N*F) + 7
+        table(2:4, i) = MIDDLE + sin(angle + [0.0_rp, 1.0_rp, 2.0_rp])
+        table(5:7, i) = cos(angle + [0.0_rp, 1.0_rp, 2.0_rp])
+      end associate
+    end do
+    small = table(:, :N/2)
+    call scale_way(FACTOR, F, table)
+    call kit%check_below('the middle stays', &
+                         maxval(abs(table(2:4, 3) - MIDDLE - FACTOR*sin(2*PI*3/N + [0.0_rp, 1.0_rp, 2.0_rp]))), 1.0e-13_rp)
+    call kit%check_below('velocities follow', abs(table(5, 3) - FACTOR*cos(2*PI*3/N)), 1.0e-14_rp)
+    call scale_way(FACTOR, F, small)
+    call kit%check('half a beat has its own mean', small(2, 0) < MIDDLE(1) - 0.3_rp)
+  end subroutine check_scaled
 
   !> A take-off in a table of FLUSI: horz and vert are cubics of time, the pitch is one, too.
   subroutine check_loader(kit)

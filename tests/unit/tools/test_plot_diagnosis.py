@@ -16,6 +16,7 @@ import numpy as np
 from browser import find_browser, look_at
 from flusi_msm.diagnosis.beat import draw_beat, read_beats
 from flusi_msm.diagnosis.report import page
+from flusi_msm.diagnosis.tracks import draw_tracks, read_tracks
 from flusi_msm.diagnosis.series import draw_record, read_series
 from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
 
@@ -123,6 +124,38 @@ class Report(unittest.TestCase):
             self.assertEqual([axis.get_title().split()[2] for axis in figure.axes[::2]], list("2345"), "those that fit worst")
             self.assertEqual(len(figure.axes[0].get_legend().get_texts()), lines)
             plt.close(figure)
+
+    def test_landmarks(self):
+        """Landmarks of each wing have a picture with their tracks in the planes that were seen, and with what is left."""
+        time = np.arange(20) / 20
+
+        def coordinate(wing, mark, axis, values):
+            return {"name": f"one:{wing}:{mark}:{axis}", "observations": 20, "record": "one", "component": axis, "unit": "m", "wing": wing,
+                    "landmark": mark, "point": [8e-3, 0], "time": list(time), "measured": list(values), "sd": [1e-4] * 20,
+                    "simulated": list(values + 3e-4 * mark), "extended": list(values - 5e-5)}
+        y, z = 8e-3 * np.cos(2 * np.pi * time), 3e-3 * np.sin(2 * np.pi * time)
+        sets = [coordinate("left", mark, axis, values) for mark in (1, 2, 3, 4, 5) for axis, values in (("y", y), ("z", z))]
+        sets += [coordinate("right", 1, axis, values) for axis, values in (("x", y + z), ("y", -y), ("z", z))]
+        diagnosis = {**DIAGNOSIS, "data": [{"kind": "landmarks", "sets": sets, "observations": 260, "baseline_chi2": 300.0}]}
+        text = self.page("--pictures", self.folder / "pictures", diagnosis=diagnosis)
+        self.assertIn("<h2>Landmarks over the beat</h2>", text)
+        self.assertIn("landmarks over the beat</td>", text)
+        made = sorted(path.name for path in (self.folder / "pictures").iterdir())
+        self.assertEqual([name for name in made if "tracks" in name], ["diagnosis_tracks_one_left.png", "diagnosis_tracks_one_right.png"])
+        (name, left), (_, right) = read_tracks(diagnosis)
+        self.assertEqual((name, sorted(left), sorted(right[1])), ("one_left", [1, 2, 3, 4, 5], ["x", "y", "z"]))
+        for is_extended in (False, True):
+            figure = draw_tracks(left, is_extended)
+            view, rest = figure.axes
+            self.assertEqual([text.get_text() for text in view.get_legend().get_texts()],
+                             ["measured", "simulated", "with the cause"][:2 + is_extended])
+            self.assertEqual(len(view.lines), 4 * (2 + is_extended), "those that fit worst")
+            np.testing.assert_allclose(view.lines[1].get_xdata(), 1e3 * y + 0.6, err_msg="the second landmark is the first of them [mm]")
+            np.testing.assert_allclose(rest.lines[0].get_ydata(), 3 * np.sqrt(11), err_msg="root mean square of 3, 6, .. 15 sd")
+            plt.close(figure)
+        figure = draw_tracks(right, True)
+        self.assertEqual([axis.get_ylabel() for axis in figure.axes], ["z [mm]", "z [mm]", "left [sd]"])
+        plt.close(figure)
 
     def test_forces(self):
         """A record of forces has a picture with its components; without an extended wing only the case is drawn. Waves over the beat
@@ -258,7 +291,7 @@ class Report(unittest.TestCase):
         text = self.told(verdict={**verdict, "region": {**region, "form": "field", "parts": []}})
         self.assertIn("no place stands out", text)
         text = self.told(verdict={**verdict, "region": {**region, "of": "flight"}})
-        self.assertIn("It is in the forces over the beat, and has no place on the wing.", text)
+        self.assertIn("It is in the records over the beat, and has no place on the wing.", text)
         self.assertNotIn("mm, radius", text)
         self.assertIn("It explains too little for an interval.", self.told(
             verdict=verdict, extended={**DIAGNOSIS["extended"], "intervals_90": []}))

@@ -29,6 +29,7 @@ from matplotlib.patches import Circle
 
 from flusi_msm.diagnosis.beat import Components, draw_beat, read_beats
 from flusi_msm.diagnosis.flight import flight_section
+from flusi_msm.diagnosis.tracks import Marks, draw_tracks, read_tracks
 from flusi_msm.diagnosis.modes import draw_modes, read_modes
 from flusi_msm.diagnosis.report import page
 from flusi_msm.diagnosis.series import Record, draw_record, read_series
@@ -204,7 +205,7 @@ def draw_folds(validation: dict[str, Any], loads: Loads) -> Figure:
 
 def pictures_of(diagnosis: dict[str, Any], loads: Loads, unknown: dict[str, np.ndarray], outline: Sequence[np.ndarray],
                 modes: Sequence[tuple[dict[str, Any], np.ndarray]] = (), records: Sequence[Record] = (),
-                beats: Sequence[tuple[str, Components]] = ()) \
+                beats: Sequence[tuple[str, Components]] = (), tracks: Sequence[tuple[str, Marks]] = ()) \
         -> list[tuple[str, str, str, list[tuple[str, Figure]]]]:
     """Returns the pictures as (name, heading, caption, [(part, figure)])."""
     made = []
@@ -234,6 +235,12 @@ def pictures_of(diagnosis: dict[str, Any], loads: Loads, unknown: dict[str, np.n
                      + (", and the same with the cause" if is_extended else "") + "; below, what the simulation leaves in units of the sd. "
                      "In the grey band it is noise. An error of the simulation that is allowed for, as that of its grid, is not "
                      "subtracted.", [(name, draw_beat(components, is_extended)) for name, components in beats]))
+    if tracks:
+        is_extended = diagnosis["extended"]["is_found"]
+        made.append(("tracks", "Landmarks over the beat", "The measured places of the landmarks that fit worst, where the simulated case has "
+                     "them" + (", and the same with the cause" if is_extended else "") + "; below, what the simulation leaves of all of "
+                     "them, as the root mean square in units of the sd. In the grey band it is noise.",
+                     [(name, draw_tracks(marks, is_extended)) for name, marks in tracks]))
     if any(e["status"] == "tested" for e in diagnosis["effects"]):
         made.append(("evidence", "The candidates", "How much more probable each cause makes the data than the baseline alone "
                      "(blue: of the wing, orange: of the measurement), as a natural logarithm: 3 means 20 times. What reaches "
@@ -285,7 +292,8 @@ def main() -> None:
     outline = outline_of(diagnosis, options.json.resolve().parent)
     modes = read_modes(options.json.with_suffix(".h5"), diagnosis)
     records = read_series(options.json.with_suffix(".h5"), diagnosis)
-    for name, heading, caption, figures in pictures_of(diagnosis, loads, unknown, outline, modes, records, read_beats(diagnosis)):
+    for name, heading, caption, figures in pictures_of(diagnosis, loads, unknown, outline, modes, records, read_beats(diagnosis),
+                                                       read_tracks(diagnosis)):
         pictures.append((heading, caption, [drawn(figure, options, name, part) for part, figure in figures]))
     if options.flight:
         flight = flight_section(options.flight)

@@ -162,7 +162,7 @@ def unknown_html(verdict: dict[str, Any]) -> str:
     text, region = "", verdict.get("region")
     if region:
         what = {"stiffness": "a stiffness that differs", "force": "further forces",
-                "scans": "bent scans", "veins": "veins of another stiffness", "flight": "waves in the forces"}[region["of"]]
+                "scans": "bent scans", "veins": "veins of another stiffness", "flight": "waves over the beat"}[region["of"]]
         parts = [f"around ({1e3 * p['centre_m'][0]:.1f}, {1e3 * p['centre_m'][1]:.1f}) mm, radius {1e3 * p['radius_m']:.1f} mm "
                  f"({share(p['share'])})" for p in region["parts"]]
         text = f"<p>As {what}, it would be " + ("at one place; the share is that of this place among all: "
@@ -173,7 +173,7 @@ def unknown_html(verdict: dict[str, Any]) -> str:
             text = "<p>It is not on the wing: scans are bent, each in another way, as if the rig bent or the wing kept " \
                    "something of the scan before.</p>"
         elif region["of"] == "flight":
-            text = "<p>It is in the forces over the beat, and has no place on the wing.</p>"
+            text = "<p>It is in the records over the beat, and has no place on the wing.</p>"
         elif not parts:
             text = f"<p>As {what}, it would be a field over the wing in which no place stands out.</p>"
     if verdict.get("related"):
@@ -301,7 +301,8 @@ def questions(diagnosis: dict[str, Any]) -> str:
             + table_html(("question", ("p", True), "answer"), rows, "questions") if rows else "")
 
 
-KINDS = {"bending": "bending tests", "modes": "natural modes", "series": "records of motion", "flight": "forces over the beat"}
+KINDS = {"bending": "bending tests", "modes": "natural modes", "series": "records of motion", "flight": "forces over the beat",
+         "landmarks": "landmarks over the beat"}
 
 
 def data_table(diagnosis: dict[str, Any]) -> str:

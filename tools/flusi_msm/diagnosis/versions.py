@@ -8,7 +8,7 @@ from flusi_msm.errors import InputError
 
 SCHEMA = "flusi-msm diagnosis"
 NEWEST = 2
-KINDS = ("bending", "modes", "series", "flight")
+KINDS = ("bending", "modes", "series", "flight", "landmarks")
 
 
 def upgraded(diagnosis: dict[str, Any], place: object) -> dict[str, Any]:

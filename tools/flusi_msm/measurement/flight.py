@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes records of forces on a synthetic flapping section with the errors of an experiment, for `make_flight` alone. Its plane
-flow and its balance share nothing with the solver in src or with what is fitted to the data."""
+"""Makes records of forces and landmarks on a synthetic flapping section with the errors of an experiment, for `make_flight` alone.
+Its plane flow and its balance share nothing with the solver in src or with what is fitted to the data."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -77,6 +77,19 @@ class Stated:
 
 
 @dataclass
+class Cameras:
+    """Cameras that follow points of the chord, and their errors."""
+    points: tuple[float, ...] = ()    # [chords] from the hinge toward the leading end, on the section as stated; none: no landmarks
+    samples: int = 40                 # in a beat
+    sd: float = 2.0e-6                # [m] of one coordinate in one beat
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)  # [m] from which they measure, as stated
+    shift: tuple[float, ...] = (0.0, 0.0)        # [m] along y and z: the origin is there more
+    turn: float = 0.0                 # [deg] their axes are turned from y toward z
+    offset_sd: float = 0.0            # [m] stated error of the origin
+    turn_sd: float = 0.0              # [deg] stated error of the axes
+
+
+@dataclass
 class Flow:
     """How the flow is computed."""
     beats: int = 3                    # from rest; the last one is recorded
@@ -103,6 +116,7 @@ class Case:
     balance: Balance = field(default_factory=Balance)
     noise: Scatter = field(default_factory=Scatter)
     stated: Stated = field(default_factory=Stated)
+    cameras: Cameras = field(default_factory=Cameras)
     flow: Flow = field(default_factory=Flow)
 
 
@@ -123,10 +137,16 @@ def check(case: Case) -> None:
         for key in keys:
             if not getattr(getattr(case, section), key) > 0:
                 raise InputError(f"{section}.{key}: must be positive")
-    for section in "kinematics", "fluid", "hidden", "balance":
+    cameras = case.cameras
+    if cameras.points and (cameras.samples < 4 or not cameras.sd > 0 or case.beats < 2):
+        raise InputError("cameras: need at least 4 samples, an sd above 0, and 2 beats")
+    ends = case.wing.hinge - 1, case.wing.hinge
+    if any(not ends[0] <= x <= ends[1] for x in cameras.points):
+        raise InputError(f"cameras.points: the section reaches from {ends[0]:g} to {ends[1]:g} chords from its hinge")
+    for section in "kinematics", "fluid", "hidden", "balance", "cameras":
         for key, value in vars(getattr(case, section)).items():
-            wanted = 3 if key in ("offset", "reference") else 2
-            if isinstance(value, tuple) and len(value) != wanted:
+            wanted = 3 if key in ("offset", "reference", "origin") else 2
+            if isinstance(value, tuple) and key != "points" and len(value) != wanted:
                 raise InputError(f"{section}.{key}: needs {wanted} numbers")
     if not 0.01 <= case.wing.thickness <= 0.9:
         raise InputError("wing.thickness: between 0.01 and 0.9 of the chord")
@@ -211,6 +231,28 @@ def clean(case: Case) -> dict[str, np.ndarray]:
             "place": found["place"], "acceleration": found["acceleration"]}
 
 
+def tracked(case: Case, exact: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Returns time, points (m, 2) on the section as stated, and mean, spread and sd (n, 3 m) of what the cameras show of them; x is
+    NaN. The spread is that of the beats at each phase; the sd is one number for a coordinate, from all phases."""
+    cameras, random = case.cameras, np.random.default_rng([case.seed, 1])
+    phase = np.arange(cameras.samples) / cameras.samples
+    at = case.flow.beats - 1 + phase
+    y, z, angle = (np.interp(at, beats_of(case, exact), column) for column in exact["place"].T)
+    c, s = np.cos(np.radians(cameras.turn)), np.sin(np.radians(cameras.turn))
+    columns = []
+    for point in cameras.points:
+        along = case.wing.chord * case.hidden.chord * (point + case.hidden.hinge)
+        dy = y + along * np.cos(angle) - cameras.origin[1] - cameras.shift[0]
+        dz = z + along * np.sin(angle) - cameras.origin[2] - cameras.shift[1]
+        columns += [np.full_like(phase, np.nan), c * dy + s * dz, c * dz - s * dy]
+    every = np.stack(columns, 1) + cameras.sd * random.standard_normal((case.beats, len(phase), len(columns)))
+    points = np.array([[case.wing.chord * point, 0.0] for point in cameras.points])
+    spread = every.std(axis=0, ddof=1)
+    pooled = np.sqrt(np.mean(spread**2, axis=0) / case.beats)
+    return {"time": phase, "points": points, "mean": every.mean(axis=0), "spread": spread,
+            "sd": np.broadcast_to(pooled, spread.shape).copy()}
+
+
 def synthesise(case: Case, exact: Mapping[str, np.ndarray] | None = None) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Returns the measured record, and the truth. `exact` is clean(case), if it is known."""
     names = check_names(case.components)
@@ -223,6 +265,9 @@ def synthesise(case: Case, exact: Mapping[str, np.ndarray] | None = None) -> tup
              "reynolds": np.pi * case.kinematics.frequency * case.kinematics.stroke * case.wing.chord / case.fluid.viscosity,
              "on_the_wing": {name: in_last_beat(case, exact, exact[name]).tolist() for name in names},
              "sd": record["sd"].tolist()}
+    if case.cameras.points:
+        record["landmarks"] = tracked(case, exact)
+        truth["cameras"] = asdict(case.cameras)
     return {"time": phase, **record}, truth
 
 
@@ -233,10 +278,15 @@ def stated_time(noise: Scatter) -> float:
 
 def write_flight(path: str | Path, case: Case, record: Mapping[str, np.ndarray]) -> None:
     """Writes a measurement file, or adds the record to one that exists (docs/formats/measurement-format.md)."""
-    from flusi_msm.measurement.flight_file import write_record
+    from flusi_msm.measurement.flight_file import write_landmarks, write_record
     names = check_names(case.components)
     write_record(path, case.name, {"frequency": case.kinematics.frequency, "beats": case.beats, "reference": case.balance.reference,
                                    "components": ", ".join(names), "units": ", ".join(units_of(names, True)), "per_length": 1,
                                    "correlation_time": stated_time(case.noise),
                                    **{f"{key}_sd": value for key, value in vars(case.stated).items() if value > 0}},
                  {"time": record["time"], "mean": record["mean"], case.state: record[case.state]})
+    if case.cameras.points:
+        cameras = {"origin": case.cameras.origin, **{key: value for key in ("offset_sd", "turn_sd")
+                                                     if (value := getattr(case.cameras, key)) > 0}}
+        wing = {key: record["landmarks"][key] for key in ("time", "points", "mean", case.state)}
+        write_landmarks(path, case.name, {"frequency": case.kinematics.frequency}, cameras, {"left": wing})

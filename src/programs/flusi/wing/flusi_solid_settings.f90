@@ -184,7 +184,8 @@ contains
       flapping%length = s%unit_length
       flapping%frequency = s%unit_frequency
       flapping%gravity = s%gravity
-      call read_body_motion(c, flapping%body, s%t_max*flapping%frequency, flapping%carrier, errors, notices)
+      call read_body_motion(c, flapping%body, s%t_max*flapping%frequency, flapping%motion%frequency, flapping%carrier, &
+                            errors, notices)
       if (flapping%carrier%kind == MOTION_FREE) call c%complain(errors, 'Insects', 'BodyMotion', &
         'is free_flight, which needs a flow; valid here: every other motion')
       text = ''

@@ -8,6 +8,7 @@ module diagnose_flight_case
   use base_files, only: folder_of, join_path, name_of, real_path
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_flight_landmarks, only: flight_marks_t
   use diagnose_flight_omitted, only: omission_fault, omitted_t, omitted_text, why_not_added, JUDGED
   use diagnose_flight_refined, only: flown_beats, refined_text, three, why_unrefined
   use diagnosis_flight_refinements, only: N_REFINEMENTS
@@ -39,6 +40,7 @@ module diagnose_flight_case
     integer :: beats = 1                      !< number of simulated beats
     type(settings_t) :: settings              !< of the given case
     type(omitted_t) :: omitted                !< what a user states of things that it leaves out
+    type(flight_marks_t) :: marks             !< landmarks whose places are wanted
     type(kinematics_choices_t) :: kinematics
     type(body_motion_choices_t) :: body
   contains
@@ -265,7 +267,8 @@ contains
              '[Time]'//NL//'Tmax = '//number_text(flown_beats(self%beats, request%refinement)*period*time)//NL
       if (s%fluid%time%has_nt) text = text//'nt = 1000000000'//NL
       text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL// &
-             refined_text(s, request%refinement, length, time)//omitted_text(s, self%omitted, c, length)
+             self%marks%text(u%length/length)//refined_text(s, request%refinement, length, time)// &
+             omitted_text(s, self%omitted, c, length)
       if (abs(c(FLOW_VISCOSITY)) > 0) text = text//'[ReynoldsNumber]'//NL//'nu = '// &
         number_text(s%fluid%nu*exp(c(FLOW_VISCOSITY))*length**2/time)//NL
       if (any(abs(c(FLOW_WIND + 1:FLOW_WIND + 3)) > 0)) text = text//'[MeanFlow]'//NL// &

@@ -12,7 +12,7 @@ module diagnose_flight_refined
   use simulation_settings, only: settings_t
   implicit none
   private
-  public :: flown_beats, refined_text, three, why_unrefined
+  public :: flight_shift, flown_beats, refined_text, three, why_unrefined
 
   real(rp), parameter :: FINER = 1.5_rp     !< points in a length, or steps in a time
   real(rp), parameter :: THINNER = 0.7_rp   !< of the thickness of the wings
@@ -143,18 +143,35 @@ contains
     character(:), allocatable :: text
     real(rp) :: size_of(3), shift(3)
     integer :: n(3)
-    logical :: is_central
+    shift = flight_shift(s, REFINE_BOX)
     associate (f => s%fluid)
-      n = merge(1, 2*nint(WIDER*f%grid%n/2), f%grid%n == 1)
+      n = wider_grid(f%grid%n)
       size_of = f%grid%length*n/f%grid%n
-      is_central = (f%sponge%is_on .or. f%walls%has_cavity) .and. f%walls%channel == CHANNEL_NONE .and. &
-                   s%flight%motion%kind == MOTION_TETHERED
-      shift = merge((size_of - f%grid%length)/2, 0.0_rp, is_central)
       text = '[Resolution]'//NL//whole_numbers(POINTS, n)//'[Geometry]'//NL//lines(LENGTHS, size_of*length)// &
              lines(CENTRES, (f%solids%centre + shift)*length)//'[Insects]'//NL//'x0 = '// &
              three((s%flight%body%centre + shift)*length)//NL
     end associate
   end function larger_box
+
+  !> Returns how far [L] a refined flight is from the place of the case.
+  pure function flight_shift(s, refinement) result(shift)
+    type(settings_t), intent(in) :: s
+    integer, intent(in) :: refinement
+    real(rp) :: shift(3)
+    logical :: is_central
+    associate (f => s%fluid)
+      is_central = (f%sponge%is_on .or. f%walls%has_cavity) .and. f%walls%channel == CHANNEL_NONE .and. &
+                   s%flight%motion%kind == MOTION_TETHERED
+      shift = 0
+      if (refinement == REFINE_BOX .and. is_central) shift = f%grid%length*(wider_grid(f%grid%n) - f%grid%n)/(2*f%grid%n)
+    end associate
+  end function flight_shift
+
+  !> Returns about 1.5 times as many points of a grid, in even numbers.
+  pure elemental integer function wider_grid(n) result(larger)
+    integer, intent(in) :: n
+    larger = merge(1, 2*nint(WIDER*n/2), n == 1)
+  end function wider_grid
 
   !> Returns three numbers, separated by blanks.
   function three(x) result(text)

@@ -9,10 +9,11 @@ module diagnose_flight_settings
   use base_text, only: next_word, number_text, quoted
   use common_diagnose_keys, only: flight_choices_t, WALL_BELOW
   use common_wing_settings, only: find_beside
+  use diagnose_flight_landmarks, only: rigid_places, take_marks
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
-                                      FLOW_STROKE, FLOW_STROKE_MEAN, N_CHANGES
+                                      FLOW_STROKE, FLOW_STROKE_MEAN, is_of_flow, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, NOT_REFINED, REFINE_BEATS, REFINE_BOX, &
                                           REFINE_GRID
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
@@ -43,13 +44,14 @@ contains
     type(flight_data_t), intent(inout) :: data
     type(message_list_t), intent(inout) :: errors, notices
     logical :: is_named(N_REFINEMENTS), has_records
+    integer :: i
     has_records = measurement%count_flights() > 0
     if (.not. (has_records .or. c%compare)) return
     if (has_records .and. c%compare) call config%complain(errors, 'Flight', 'compare', &
       'is for a measurement without /flight: with records of forces both flights are always compared')
     if (c%file == '') then
       if (has_records) then
-        call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of forces in /flight; '// &
+        call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of a flight in /flight; '// &
                              'name the flusi case that simulates this experiment')
       else
         call config%complain(errors, 'Flight', 'file', 'is missing: compare = yes simulates this flusi case with two wings')
@@ -67,7 +69,14 @@ contains
       data%facts = runner%facts
       return
     end if
+    call take_marks(measurement, runner%case%settings, runner%facts%is_section, runner%case%marks, errors)
+    if (errors%count() > 0) return
+    runner%facts%rigid = rigid_places(runner%case%settings, runner%case%marks, c%beats)
     call runner%case%judge(data%refined, world, runner%facts)
+    if (measurement%count_flights(has_landmarks=.false.) == 0 .and. .not. runner%facts%is_flexible) then
+      where (is_of_flow([(i, i=1, N_FLOW)]) .and. runner%facts%missing == '') &
+        runner%facts%missing = 'needs records of forces: landmarks on rigid wings do not show it'
+    end if
     call drop_refinements(config, runner%facts, is_named, data%refined, errors, notices)
     call check_records(measurement, runner, errors)
     call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
@@ -197,13 +206,14 @@ contains
       do r = 1, measurement%count_flights()
         associate (f => measurement%flights(r))
           object = '/flight/'//f%name
+          if (any([(measurement%flights(k)%name == f%name, k=1, r - 1)])) cycle ! the landmarks of a flight that was checked
           if (abs(f%frequency/facts%frequency - 1) > SAME_FREQUENCY) &
             call errors%add(object//': attribute frequency is '//number_text(f%frequency)//' Hz, but the wings of '//facts%path// &
                             ' beat with '//number_text(facts%frequency)//' Hz: wing_frequency times the frequency of [units]')
           if (f%is_per_length .neqv. facts%is_section) &
             call errors%add(object//': attribute per_length must be '//trim(merge('1, as', '0, as', facts%is_section))//' '// &
                             facts%path//' is '//trim(merge('two-dimensional', 'a wing in space', facts%is_section)))
-          if (.not. facts%is_section) cycle
+          if (.not. facts%is_section .or. f%side > 0) cycle
           do k = 1, size(f%component)
             if (all(f%component(k) /= [2, 3, 4, COMPONENT_POWER])) &
               call errors%add(object//': component '//trim(COMPONENT_NAMES(f%component(k)))//' does not exist for a section; '// &

@@ -15,12 +15,14 @@ module diagnose_flights
   use base_text, only: number_text
   use base_text_file, only: write_text
   use diagnose_flight_case, only: flight_case_t
-  use diagnose_flight_refined, only: flown_beats
+  use diagnose_flight_landmarks, only: interpolated, read_marks
+  use diagnose_flight_refined, only: flight_shift, flown_beats
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t, N_PHASES
   use fsi_rotation, only: cross
   use io_broadcast_text, only: read_text_file
   use io_lock, only: lock_t, LOCK_TAKEN
   use io_series_read, only: read_series
+  use measurement_flight, only: N_COMPONENTS
   use parallel_failure, only: broadcast_failure
   use parallel_outcome, only: agree_on_outcome
   use parallel_world, only: world_t
@@ -87,7 +89,7 @@ contains
     call agree(world, outcome)
     if (.not. (outcome%is_good() .and. world%is_root)) return
     do i = 1, size(requests)
-      call read_record(self, names(i), flown_beats(self%case%beats, requests(i)%refinement), records(i))
+      call read_record(self, names(i), requests(i)%refinement, records(i))
     end do
   end subroutine runner_fly
 
@@ -263,18 +265,18 @@ contains
     end select
   end subroutine write_end
 
-  !> Reads the result of the flight of this name, which has so many beats. It interpolates linearly between the values that were
-  !> recorded in the last beat.
-  subroutine read_record(self, name, beats, record)
+  !> Reads the result of the flight of this name and refinement. It interpolates linearly between the values that were recorded in
+  !> the last beat.
+  subroutine read_record(self, name, refinement, record)
     class(flusi_runner_t), intent(in) :: self
     type(name_t), intent(in) :: name
-    integer, intent(in) :: beats
+    integer, intent(in) :: refinement
     type(flight_record_t), intent(inout) :: record
     character(:), allocatable :: text, problem
     real(rp), allocatable :: rows(:, :)
     type(failure_t) :: failure
-    real(rp) :: t, share, x(COLUMNS), scale, period
-    integer :: i, k
+    real(rp) :: times(N_PHASES), x(N_PHASES, COLUMNS), scale
+    integer :: i
     record%reason = name%reason
     if (name%reason /= '') return
     call read_text_file(join_path(name%folder, ENDED), text, problem)
@@ -289,24 +291,26 @@ contains
       return
     end if
     associate (u => self%case%settings%units, s => self%case%settings)
-      period = 1/s%flight%frequency()
       scale = u%density*u%length**4*u%frequency**2
       if (s%fluid%grid%is_2d) scale = scale/u%length
-      k = 1
+      times = [((flown_beats(self%case%beats, refinement) - 1 + real(i - 1, rp)/N_PHASES)/s%flight%frequency(), i=1, N_PHASES)]
+      do i = 2, COLUMNS
+        x(:, i) = interpolated(rows(1, :), rows(i, :), times)
+      end do
+      allocate (record%values(N_PHASES, N_COMPONENTS + 3*self%case%marks%count()))
       do i = 1, N_PHASES
-        t = (beats - 1 + real(i - 1, rp)/N_PHASES)*period
-        do while (k < size(rows, 2) - 1 .and. rows(1, k + 1) < t)
-          k = k + 1
-        end do
-        share = (t - rows(1, k))/(rows(1, k + 1) - rows(1, k))
-        x = (1 - share)*rows(:, k) + share*rows(:, k + 1)
-        associate (force => x(2:4) + x(5:7), torque => x(8:10) + x(11:13))
+        associate (force => x(i, 2:4) + x(i, 5:7), torque => x(i, 8:10) + x(i, 11:13))
           record%values(i, 1:3) = scale*force
           record%values(i, 4:6) = scale*u%length*(torque + cross(s%fluid%solids%centre, force))
-          record%values(i, 7) = scale*u%length*u%frequency*x(14)
         end associate
       end do
+      record%values(:, 7) = scale*u%length*u%frequency*x(:, 14)
+      call read_marks(name%folder, self%case%marks, times, u%length, flight_shift(s, refinement), record%values, failure)
     end associate
+    if (failure%failed) then
+      record%reason = failure%reason//'; delete this folder to simulate the flight again'
+      return
+    end if
     record%is_flown = .true.
   end subroutine read_record
 end module diagnose_flights

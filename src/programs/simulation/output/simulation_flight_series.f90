@@ -1,8 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Gives the rows of the series of flapping wings: `kinematics.t` with FLUSI's columns, `aero_power.t`, `slip.t`, and
-!> `wing_left.t`, `wing_right.t`, `bending_left.t` and `bending_right.t` with the state of each wing.
+!> `wing_left.t`, `wing_right.t`, `bending_left.t`, `bending_right.t`, `landmarks_left.t` and `landmarks_right.t` with the state of
+!> each wing.
 module simulation_flight_series
   use base_kinds, only: rp
+  use base_text, only: number_text
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_flight_params, only: flight_params_t
   use fsi_kinematics, only: swap_flusi_wing
@@ -12,7 +14,7 @@ module simulation_flight_series
   use solid_inertia, only: momenta_t
   implicit none
   private
-  public :: add_flight_series
+  public :: add_flight_series, landmarks_file
 
   character(*), parameter :: XYZ = 'xyz', T = TIME_COLUMN
 
@@ -39,6 +41,8 @@ contains
       call table%add('bending_'//trim(flight%wings(i)%side)//'.t', bending_columns(), EVERY_INTEGRAL, bending_values, item=i, &
                      exists=flexible)
       call table%add('wing_'//trim(flight%wings(i)%side)//'.t', wing_columns(), EVERY_INTEGRAL, wing_values, item=i)
+      call table%add(landmarks_file(flight%wings(i)%side), landmark_columns(flight%wings(i)%landmarks%count()), EVERY_INTEGRAL, &
+                     landmark_values, item=i, exists=flight%wings(i)%landmarks%count() > 0)
     end do
     if (.not. (flexible .and. present(wings))) return
     allocate (now%shapes(size(flight%wings)))
@@ -136,6 +140,35 @@ contains
                 l%unsteady_power, l%inertial_power]
     end associate
   end subroutine wing_values
+
+  !> Returns the name of the series of the landmarks on the wing of this side.
+  pure function landmarks_file(side) result(name)
+    character(*), intent(in) :: side
+    character(:), allocatable :: name
+    name = 'landmarks_'//trim(side)//'.t'
+  end function landmarks_file
+
+  !> Returns the column titles of the files of n landmarks.
+  function landmark_columns(n) result(columns)
+    integer, intent(in) :: n
+    character(40) :: columns(1 + 3*n)
+    integer :: i, c
+    columns(1) = T
+    do i = 1, n
+      do c = 1, 3
+        columns(3*i - 2 + c) = XYZ(c:c)//' of landmark '//number_text(i)//' [L]'
+      end do
+    end do
+  end function landmark_columns
+
+  !> Returns where the landmarks of a wing are in space: x, y and z of the box, of one landmark after the other.
+  subroutine landmark_values(now, values)
+    type(moment_t), intent(in) :: now
+    real(rp), allocatable, intent(out) :: values(:)
+    associate (i => now%item, wings => now%wings)
+      values = [wings%time, wings%params%wings(i)%landmarks%places(wings%surfaces(i)%points)]
+    end associate
+  end subroutine landmark_values
 
   !> Returns the column titles of the files of bending.
   function bending_columns() result(columns)

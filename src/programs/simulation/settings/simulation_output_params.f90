@@ -10,10 +10,11 @@ module simulation_output_params
   use io_fields, only: PRECISION_DOUBLE, PRECISION_SINGLE
   use io_keys, only: keys_t, reading
   use io_stop, only: job_limits_t
+  use fsi_kinematics_keys, only: SIDES
   use fluid_average_keys, only: average_keys, average_params_t
   implicit none
   private
-  public :: output_params_t, output_keys, read_output, wanted_output
+  public :: output_params_t, landmarks_key, output_keys, read_output, wanted_output
 
   type(named_kind_t), parameter :: PRECISIONS(2) = [named_kind_t('single', PRECISION_SINGLE), &
                                                     named_kind_t('double', PRECISION_DOUBLE)]
@@ -39,6 +40,11 @@ module simulation_output_params
     real(rp) :: interval = 0, first = 0 !< T
   end type slice_params_t
 
+  !> Points (x, y) of a wing in rows, in units of the file.
+  type :: marked_points_t
+    real(rp), allocatable :: rows(:, :)
+  end type marked_points_t
+
   !> States what to write, how often, and when to stop.
   type :: output_params_t
     type(field_params_t) :: fields
@@ -47,6 +53,7 @@ module simulation_output_params
     real(rp) :: t_integral = 0        !< T
     integer :: it_integral = 0
     logical :: spectra = .false.
+    type(marked_points_t) :: landmarks(2) !< of the wings of SIDES, whose path is saved
     logical :: backup = .true.
     logical :: mask_only = .false.    !< the run has no flow
     type(job_limits_t) :: limits      !< of backups, and when to stop
@@ -73,7 +80,7 @@ contains
   subroutine saving_keys(keys, p)
     type(keys_t), intent(inout) :: keys
     type(output_params_t), intent(inout) :: p
-    integer :: precision
+    integer :: precision, i
     precision = PRECISION_SINGLE
     call keys%section('Saving', 'fields, time series, backups, and when to stop')
     call keys%real('tsave', p%fields%interval, 9.0e9_rp, 'interval of fields', unit='T', above=0.0_rp)
@@ -91,6 +98,11 @@ contains
     call keys%switch('iSaveQ', p%fields%q_criterion, .false., 'save Q, the Q criterion -1/2 A_ij A_ji of the velocity gradient A')
     call keys%switch('iSaveSpectrae', p%spectra, .false., 'save energy spectra with the integrals: spectrum_tot.t, _x.t, '// &
                      '_y.t, _z.t have the mean of u^2/2 in each shell of wavenumbers of spectrum_k.t')
+    do i = 1, 2
+      call keys%matrix(landmarks_key(i), p%landmarks(i)%rows, 2, 'rows of x y [L]: points of the '//trim(SIDES(i))// &
+                       ' wing, flat and before wing_stretch, in its frame. Their path in space is saved with the integrals: '// &
+                       'landmarks_'//trim(SIDES(i))//'.t')
+    end do
     call keys%kind('field_precision', precision, 'single', PRECISIONS, 'precision of the saved fields')
     call keys%integer('striding', p%fields%stride, 1, 'save every n-th point in each direction, n being this value', min=1)
     call keys%word('naming', p%fields%naming, 'time', 'time|step', 'number in the file names: 1000 t, or the time step')
@@ -102,6 +114,13 @@ contains
     call limit_keys(keys, p%limits, p%progress_seconds)
     p%fields%single_precision = precision == PRECISION_SINGLE
   end subroutine saving_keys
+
+  !> Returns the name of the key of the landmarks on wing `i` of SIDES.
+  pure function landmarks_key(i) result(name)
+    integer, intent(in) :: i
+    character(:), allocatable :: name
+    name = 'landmarks_'//trim(SIDES(i))
+  end function landmarks_key
 
   !> Visits the keys of [SaveSlices] and of the dry run of the mask.
   subroutine slice_keys(keys, p)

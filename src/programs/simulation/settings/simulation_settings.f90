@@ -18,6 +18,7 @@ module simulation_settings
   use fsi_flight_faults, only: foresee_flight
   use simulation_free_flight, only: check_free_flight, take_masses
   use simulation_keys, only: register_all_keys
+  use simulation_landmarks, only: mark_wings
   use simulation_output_params, only: output_params_t, read_output, wanted_output
   use simulation_setting_checks, only: check_scale, check_si_numbers, check_wing_use, notice_flow, notice_frequency
   use simulation_translations, only: translate_words
@@ -87,6 +88,8 @@ contains
         call notices%add('[Insects] surface = thin: wings without thickness have no mask to save')
       if (.not. (p%solids%is_on .or. s%flight%thin%is_thin) .and. (wanted%fields%mask .or. wanted%fields%solid_velocity)) &
         call notices%add('iPenalization = 0: there is no mask to save')
+      if (.not. p%solids%is_moving .and. size(wanted%landmarks(1)%rows) + size(wanted%landmarks(2)%rows) > 0) &
+        call notices%add('[Saving] landmarks_left and landmarks_right have no effect: there are no wings')
       if (wanted%fields%wing_sides .and. .not. p%solids%is_moving) &
         call notices%add('[Saving] iSaveWingSides has no effect: there are no wings')
       if (p%solids%is_on .and. any(p%solids%mask == [MASK_NONE, MASK_EMPTY]) .and. p%walls%channel == CHANNEL_NONE .and. &
@@ -130,6 +133,7 @@ contains
     if (has_file .and. .not. s%flexible .and. wing_case%has_mass .and. s%units%given) &
       call take_masses(wing_case, s%units%scales(), s%flight)
     call check_free_flight(s%config, s%units%scales(), s%flexible, s%fluid, s%flight, s%coupler, errors, notices)
+    if (errors%count() == errors_before) call mark_wings(s%config, scene%file_unit, s%output, s%flight, errors)
     call check_place(s%config, s%flight, s%fluid%grid, errors)
     if (errors%count() == errors_before) call check_room(s%config, s%flight, s%fluid%grid, s%fluid%time%t_max, errors)
     if (errors%count() == errors_before) call foresee_flight(s%config, s%flight, s%fluid%grid, &
