@@ -250,7 +250,8 @@ contains
             if (.not. all([(proposer%knows(found%design%candidates(twins%candidate)%columns(k)), &
                             k=1, size(found%design%candidates(twins%candidate)%columns))])) cycle
           end if
-          twins%with_motion(m) = max(twins%with_motion(m), twin_separation(s, found, twins, normal + more(:, :, p), normal, columns, n))
+          twins%with_motion(m) = max(twins%with_motion(m), &
+                                     twin_separation(s, found, twins, normal + more(:, :, p), normal, columns, n))
         end associate
       end do
     end do

@@ -40,7 +40,8 @@ module diagnosis_next_measurement
     integer :: cause = 0                       !< the candidate
     integer, allocatable :: rivals(:)          !< candidates, the nearest first
     real(rp), allocatable :: now(:)            !< [sd] separation of the cause from each of these
-    integer, allocatable :: members(:)         !< effects of the set other than the first cause
+    !> Effects that may stand in the place of the cause: the others of a set, and those that the data do not separate from it
+    integer, allocatable :: members(:)
     real(rp), allocatable :: member_now(:)     !< [sd] separation from the nearest candidate of each of these
     type(next_option_t), allocatable :: options(:) !< the best first
     character(:), allocatable :: no_motion     !< why no measurement of motion is among them; empty if some are
@@ -69,9 +70,7 @@ contains
     call begin(s, simulator, d, next, discrimination, ok)
     if (.not. ok) next%rivals = [integer ::]
     if (size(next%rivals) == 0) return
-    if (.not. d%decision%is_joint) &
-      next%members = pack(d%decision%set, d%decision%set /= d%model%design%candidates(next%cause)%effect)
-    next%member_now = nearest_of(next%members, effects, discrimination%now)
+    call find_members(d, effects, discrimination%now, next)
     call rank_repeats(simulator, discrimination, effects, next)
     call rank_sites(s, simulator, d, discrimination, effects, next)
     call rank_motion(s, d, discrimination, effects, next)
@@ -102,6 +101,27 @@ contains
     if (ok) call discrimination%begin(normal_matrix(simulator, discrimination%columns, common_sd, white))
     if (ok) call move_alloc(white, discrimination%white)
   end subroutine begin
+
+  !> Finds the effects that may stand in the place of the cause. Rivals are of these effects, and at these distances `now`.
+  subroutine find_members(d, effects, now, next)
+    type(diagnosis_t), intent(in) :: d
+    integer, intent(in) :: effects(:)
+    real(rp), intent(in) :: now(:)
+    type(next_measurement_t), intent(inout) :: next
+    integer :: e
+    logical :: is_member
+    do e = 1, maxval(effects)
+      if (.not. any(effects == e)) cycle
+      is_member = minval(now, mask=effects == e) < APART
+      if (.not. d%decision%is_joint) is_member = is_member .or. any(d%decision%set == e)
+      if (is_member) next%members = [next%members, e]
+    end do
+    next%member_now = nearest_of(next%members, effects, now)
+    associate (order => sorting_order(key_of_real(next%member_now)))
+      next%members = next%members(order)
+      next%member_now = next%member_now(order)
+    end associate
+  end subroutine find_members
 
   !> Adds an option whose separations from all rivals, which are of these effects, are `lengths`.
   subroutine add_option(next, option, effects, lengths)
