@@ -18,7 +18,7 @@ module diagnosis_detectability
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
   implicit none
   private
-  public :: best_load_t, detectability_t, find_detectability, most_detectable, twins_t
+  public :: best_load_t, detectability_t, find_detectability, most_detectable
 
   !> Measurements of motion: natural modes in a vacuum, those in air, and a record after a release at the best place.
   integer, parameter, public :: MOTION_VACUUM = MEDIUM_VACUUM, MOTION_AIR = MEDIUM_AIR, MOTION_RELEASE = 3, N_MOTIONS = 3

@@ -10,7 +10,6 @@
 !> The mass of the air and the damping are unknowns, with the priors of a diagnosis of such data. Where no data show the damping
 !> the lowest mode has a ratio of 0.02, or the motion ends within the record. The masses of the wing count as known.
 module diagnosis_motion_proposals
-  use base_errors, only: failure_t
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_wing_catalogue, only: catalogue_t

@@ -233,7 +233,7 @@ contains
     columns = discrimination%columns
     is_known = [(proposer%knows(columns(i)), i=1, size(columns))]
     if (.not. all(is_known(discrimination%of_cause()))) then
-      next%no_motion = 'they need a wing that is flat and free of stress at rest, which the first cause denies'
+      next%no_motion = 'they need a wing that is flat and free of stress at rest, and the first cause bends or stretches it'
       return
     end if
     call proposer%apply(columns, normal, ok)

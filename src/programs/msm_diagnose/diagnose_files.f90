@@ -7,7 +7,6 @@ module diagnose_files
   use base_files, only: remove_file
   use base_kinds, only: rp
   use base_named_kinds, only: word_of
-  use base_text, only: number_text
   use base_text_file, only: write_text
   use common_instrument, only: instrument_lines
   use common_wing_fragment, only: wing_lines

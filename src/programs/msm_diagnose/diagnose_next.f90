@@ -13,7 +13,7 @@ module diagnose_next
   use diagnosis_next_measurement, only: next_measurement_t, next_option_t, NEXT_LOAD, NEXT_MOTION, NEXT_REPEAT
   use inference_engine, only: diagnosis_t
   use io_json, only: json_t
-  use measurement_modes, only: MEDIUM_NAMES
+  use measurement_modes, only: MEDIUM_NAMES, MEDIUM_VACUUM
   implicit none
   private
   public :: motion_words, print_next, put_motion, put_next, write_next
@@ -139,7 +139,7 @@ contains
     else
       text = 'release a force of '//fixed(1.0e3_rp*motion%force, 4)//' mN at '//place_words(motion%site)
     end if
-    text = text//' in '//trim(MEDIUM_NAMES(motion%medium))
+    text = text//trim(merge(' in a vacuum', ' in air     ', motion%medium == MEDIUM_VACUUM))
   end function motion_words
 
   !> Returns a place [m] in words.

@@ -300,6 +300,7 @@ def questions(diagnosis: dict[str, Any]) -> str:
             + table_html(("question", ("p", True), "answer"), rows, "questions") if rows else "")
 
 
+MEDIA = {"vacuum": "a vacuum", "air": "air"}
 KINDS = {"bending": "bending tests", "modes": "natural modes", "series": "records of motion", "flight": "forces over the beat"}
 
 
@@ -333,7 +334,7 @@ def what_of(one: dict[str, Any]) -> str:
         kind = "" if one["kind"] == "bending" else f" ({KINDS[one['kind']]})"
         return f"once more: {one['repeat']}{kind}"
     if one["kind"] == "modes":
-        return f"natural modes 1 to {len(one['frequencies_hz'])} in {one['medium']}, near {', '.join(f'{f:.0f}' for f in one['frequencies_hz'])} Hz"
+        return f"natural modes 1 to {len(one['frequencies_hz'])} in {MEDIA[one['medium']]}, near {', '.join(f'{f:.0f}' for f in one['frequencies_hz'])} Hz"
     if one["kind"] == "series":
         return (f"release a force of {1e3 * one['released_n']:.3g} mN at ({1e3 * one['place_m'][0]:.2f}, {1e3 * one['place_m'][1]:.2f}) mm in "
                 f"{one['medium']}, {one['samples']} samples at {one['rate_hz']:.0f} Hz")
