@@ -27,7 +27,6 @@ BENDING = {"stiffness": {"plate": "edges"}, "hidden": {"force_gain": 1.12}, "noi
                      [0.0034, -0.00139, 2.2e-3]]}
 FREQUENCY_SD = 0.004  # relative
 TWINS = {"force_gain", "elasticity"}
-APART = 2.45  # sd
 
 
 def add_modes(case, file, count, medium):
@@ -57,7 +56,7 @@ def test_modes(case):
     """The table ranks modes first, and no load tells both apart; with these modes the diagnosis names the gain."""
     measure(case, "data.h5", **BENDING)
     # Of a release less is known, so that modes come first.
-    code, found = diagnose(case, "data.h5", "before", f"{OPTIONS}[Next]\nfrequency_sd = {FREQUENCY_SD};\nmotion_sd = 0.1;\n")
+    code, found = diagnose(case, "data.h5", "before", f"{OPTIONS}[Next]\nfrequency_sd = {FREQUENCY_SD};\nmotion_sd = 0.1;\nsamples = 60;\n")
     problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
     check(not problems, f"the JSON file is what the schema says: {problems}")
     cause, others = found["verdict"]["causes"][0]["effect"], found["next"]["other_members"]
@@ -76,20 +75,18 @@ def test_modes(case):
     frequencies = add_modes(case, "data.h5", 4, first["medium"])
     for expected, frequency in zip(first["frequencies_hz"], frequencies):
         check(abs(expected / frequency - 1) < 0.2, f"expected modes have {expected} Hz, not {frequency} Hz")
-    code, found = diagnose(case, "data.h5", "after", OPTIONS)
+    code, found = diagnose(case, "data.h5", "after", f"{OPTIONS}[Next]\nsamples = 20;\n")
     check(code == NAMED and found["verdict"]["set"] == ["force_gain"], found["verdict"]["sentence"])
-    reached = {one["effect"]: one["separation_now_sd"] for one in found["rivals"]}["elasticity"]
-    print(f"    promised {first['from_members_sd'][0]:.2f} sd, found {reached:.2f} sd")
 
 
 def test_no_mass(case):
     """A wing whose mass nobody states: the table says why it has no modes, and so does the plan."""
-    bare = case.folder / "bare.h5"
+    bare = case.folder / "wing.h5"
     shutil.copy(WING, bare)
     with h5py.File(bare, "r+") as file:
         for name in "mass_source", "membrane_law", "membrane_mass", "membrane_weights", "vein_density":
             del file.attrs[name]
-    measure(case, "data.h5", **BENDING)
+    measure(case, "data.h5", **{**BENDING, "loads": BENDING["loads"][:2]})
     text = f"[Wing]\nfile = {bare};\n[Measurement]\nfile = data.h5;\n[Diagnose]\nparameters = E;\nrefine = no;\n{OPTIONS}"
     done = case.run(case.write("bare.ini", text + "[Saving]\nname = bare;\n"), "--plan")
     check("Natural modes and records of motion were not tried: they need the mass of the wing" in done.out, done.out)
