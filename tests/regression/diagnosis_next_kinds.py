@@ -95,6 +95,10 @@ def test_no_mass(case):
     check(not any("with_motion" in one for one in plan["effects"]), "no strength with motion")
     done = case.run(case.write("given.ini", text + "[Mass]\nmembrane_mass = 8e-8;\n[Saving]\nname = given;\n"), "--plan")
     check("with modes in vacuum" in done.out, done.out)
+    plan = json.loads((case.folder / "given_plan.json").read_text())
+    check(any("with_motion" in one for one in plan["effects"]), "strengths with motion")
+    problems = validate(plan, SOURCE / "docs/formats/diagnosis.schema.json")
+    check(not problems, f"the JSON file is what the schema says: {problems}")
 
 
 if __name__ == "__main__":
