@@ -13,6 +13,7 @@ module diagnosis_case
   use inference_engine, only: diagnosis_options_t
   use measurement_bending_case, only: bending_case_t
   use measurement_observed_wing, only: wing_patterns_t
+  use measurement_proposal_choices, only: proposal_choices_t
   use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
@@ -28,7 +29,9 @@ module diagnosis_case
     type(bins_t) :: bins
     type(noise_estimate_t) :: noise
     type(mass_parts_t) :: parts             !< of the mass of the wing, if it has one
+    logical :: states_mass = .false.        !< the mass of the membrane is stated, not assumed
     type(diagnosis_options_t) :: options
+    type(proposal_choices_t) :: proposals   !< measurements of motion that may come next
     type(flight_data_t) :: flights          !< of records of forces over the beat
     type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
     type(series_row_t), allocatable :: series(:) !< for reports, if records of motion were measured

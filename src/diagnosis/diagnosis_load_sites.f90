@@ -27,7 +27,7 @@ module diagnosis_load_sites
   use solid_usual_causes, only: PARAM_PLATE
   implicit none
   private
-  public :: new_load_t, trial_t, common_columns, try_loads, normal_matrix, separation, whitened_tangents
+  public :: new_load_t, trial_t, common_columns, try_loads, normal_matrix, whitened_tangents
 
   real(rp), parameter :: SPACING = 0.15_rp, NEAR_ROOT = 0.2_rp !< of the wing's size
 
@@ -37,7 +37,6 @@ module diagnosis_load_sites
     real(rp) :: force = 0                    !< [N]
     real(rp) :: direction(3) = 0
     real(rp), allocatable :: normal(:, :)    !< (columns, columns)
-    real(rp) :: after = 0                    !< [sd] separation of the nearest rival with this load too
   end type new_load_t
 
   !> A wing to which new loads are applied.
@@ -278,26 +277,4 @@ contains
       normal(n, n) = normal(n, n) + 1/common_sd(i)**2
     end do
   end function normal_matrix
-
-  !> Returns the length [sd] of the part of a direction that the columns before it cannot imitate. The direction is p(:) in the last
-  !> size(p) columns.
-  real(rp) function separation(normal, p) result(length)
-    real(rp), intent(in) :: normal(:, :), p(:)
-    real(rp), parameter :: RIDGE = 1.0e-10_rp ! of a diagonal element
-    real(rp), allocatable :: g(:, :), h(:, :)
-    integer :: i, m, n
-    logical :: ok
-    n = size(normal, 1)
-    m = n - size(p)
-    g = normal(:m, :m)
-    do i = 1, m
-      g(i, i) = g(i, i)*(1 + RIDGE) + tiny(1.0_rp)
-    end do
-    h = reshape(matmul(normal(:m, m + 1:), p), [m, 1])
-    length = dot_product(p, matmul(normal(m + 1:, m + 1:), p))
-    call factorise(g, ok)
-    if (ok) call solve_lower(g, h)
-    if (ok) length = length - sum(h**2)
-    length = sqrt(max(0.0_rp, length))
-  end function separation
 end module diagnosis_load_sites

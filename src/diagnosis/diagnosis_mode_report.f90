@@ -33,6 +33,7 @@ contains
           s%modes(i)%number(side) = t%lo
           s%modes(i)%frequency(side) = t%frequency
           s%modes(i)%mac(side) = t%mac
+          if (t%damping%is_measured) s%modes(i)%damping(side) = t%damping%decay%ratio
           if (side == 1) allocate (s%modes(i)%shape(size(t%seen), 2), source=0.0_rp)
           s%modes(i)%shape(:, side) = t%seen
         end associate

@@ -12,6 +12,7 @@ module diagnosis_mode_row
     integer :: number(2) = 0                !< of the computed mode, or of the first of its cluster
     real(rp) :: frequency(2) = 0            !< [Hz]
     real(rp) :: mac(2) = 0
+    real(rp) :: damping(2) = 0              !< ratio, where one was measured
     real(rp), allocatable :: shape(:, :)    !< (places, 2) in the units of the measured one, scaled to the same length along it
   end type mode_row_t
 end module diagnosis_mode_row

@@ -53,7 +53,7 @@ name = {name};
 """
     done = case.flusi(case.write(f"{name}.ini", text), "--exit-code", timeout=300)
     check(done.code in (ADEQUATE, NAMED, SET, UNKNOWN), done.err)
-    check(len((done.out + done.err).splitlines()) <= 15, f"at most 15 lines on the terminal: {done.out}{done.err}")
+    check(len((done.out + done.err).splitlines()) <= 20, f"at most 20 lines on the terminal: {done.out}{done.err}")
     found = json.loads((case.folder / f"{name}.json").read_text())
     print(f"    {name}: {done.code} {found['verdict']['sentence']}", flush=True)
     return done.code, found

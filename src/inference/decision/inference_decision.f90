@@ -35,7 +35,7 @@ module inference_decision
                                      NO_GAIN = 'no_gain'
   real(rp), parameter, public :: LEVEL = 0.05_rp
   real(rp), parameter :: REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
-  real(rp), parameter :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be distinguished
+  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be distinguished
   real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of a cause's effect beyond the baseline: below it priors do not decide
   real(rp), parameter, public :: TESTS_FRACTION = 0.8_rp !< of the level, the rest is for the checks
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause if one cause already leaves nothing but noise

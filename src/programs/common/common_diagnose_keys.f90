@@ -12,6 +12,7 @@ module common_diagnose_keys
   use io_include, only: register_include
   use io_keys, only: declaring, keys_t
   use io_registry, only: registry_t
+  use measurement_proposal_choices, only: proposal_choices_t
   use solid_statics, only: static_options_t
   implicit none
   private
@@ -48,6 +49,7 @@ module common_diagnose_keys
     integer :: observations = 0             !< largest number of observations
     type(flight_choices_t) :: flight
     type(diagnosis_options_t) :: options
+    type(proposal_choices_t) :: proposals
     type(static_options_t) :: solver
     character(:), allocatable :: name, draws !< `draws` is not allocated unless the input has it
   end type diagnose_choices_t
@@ -113,6 +115,7 @@ contains
     call keys%integer('seed', c%options%seed, 1, 'seed of all random numbers', min=0)
     call keys%integer('iterations', c%options%fit%most_iterations, 60, 'largest number of trial steps in a fit', min=1, max=10000)
     call solver_keys(keys, c%solver, 300)
+    call proposal_keys(keys, c%proposals)
     call flight_keys(keys, c%flight)
     call keys%section('Saving', 'what is written')
     call keys%text('name', c%name, 'diagnosis', 'first part of the names of all output files; it may contain a folder')
@@ -121,6 +124,25 @@ contains
                    DRAWS_NONE//': the draws are '// &
                    'not kept', computed=.true.)
   end subroutine diagnose_keys
+
+  !> Declares and reads the keys of [Next].
+  subroutine proposal_keys(keys, c)
+    type(keys_t), intent(inout) :: keys
+    type(proposal_choices_t), intent(inout) :: c
+    call keys%section('Next', 'how well natural modes and a record of motion could be measured, for the table of what to '// &
+                      'measure next')
+    call keys%integer('modes', c%n_modes, 4, 'number of natural modes, the lowest ones', min=1, max=50)
+    call keys%real('frequency_sd', c%frequency_sd, 0.005_rp, 'relative standard deviation of a frequency', above=0.0_rp, &
+                   max=1.0_rp)
+    call keys%real('damping_sd', c%damping_sd, 0.05_rp, 'relative standard deviation of a damping ratio', above=0.0_rp, &
+                   max=10.0_rp)
+    call keys%integer('samples', c%n_samples, 200, 'number of samples of a record after a release', min=10, max=1000)
+    call keys%real('periods', c%n_periods, 8.0_rp, 'length of this record, in periods of the lowest mode in air', min=0.5_rp, &
+                   max=1000.0_rp)
+    call keys%real('motion_sd', c%motion_sd, 0.01_rp, 'standard deviation of a value of this record, as a fraction of the '// &
+                   'displacement before the release', above=0.0_rp, max=1.0_rp)
+    call keys%real('force_sd', c%force_sd, 0.05_rp, 'relative standard deviation of the released force', min=0.0_rp, max=1.0_rp)
+  end subroutine proposal_keys
 
   !> Declares and reads the keys of [Flight].
   subroutine flight_keys(keys, c)

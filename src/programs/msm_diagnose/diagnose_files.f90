@@ -1,13 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Writes the files of a diagnosis other than NAME.json: the wing of the baseline and the extended wing as fragments for
-!> [include], the maps, and the next measurements.
+!> [include], and the maps.
 module diagnose_files
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_errors, only: failure_t
   use base_files, only: remove_file
   use base_kinds, only: rp
   use base_named_kinds, only: word_of
-  use base_text, only: number_text
   use base_text_file, only: write_text
   use common_instrument, only: instrument_lines
   use common_wing_fragment, only: wing_lines
@@ -16,7 +15,6 @@ module diagnose_files
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_families, only: FAMILIES
-  use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_decision, only: verdict_word
@@ -28,7 +26,7 @@ module diagnose_files
   use solid_wing_refine, only: coarsen_params
   implicit none
   private
-  public :: wing_text, write_fragments, write_maps, write_next
+  public :: wing_text, write_fragments, write_maps
 
   character(*), parameter :: NL = new_line('a')
 
@@ -165,34 +163,4 @@ contains
       deallocate (rows)
     end do
   end subroutine write_unknown
-
-  !> Writes NAME_next_measurements.csv, a table of the next measurements.
-  subroutine write_next(s, next, failure)
-    type(diagnose_settings_t), intent(in) :: s
-    type(next_measurement_t), intent(in) :: next
-    type(failure_t), intent(inout) :: failure
-    character(:), allocatable :: text
-    character(160) :: line
-    integer :: i
-    text = 'rank,load,x [m],y [m],force [N],separation now [sd],separation if repeated [sd]'//new_line('a')
-    do i = 1, size(next%order)
-      line = ',,,' ! a mode has no place and no force
-      if (next%order(i) <= size(s%measurement%loads)) then
-        associate (load => s%measurement%loads(next%order(i)))
-          write (line, '(3(",",es12.5))') load%point, load%force
-        end associate
-      end if
-      text = text//number_text(i)//','//s%measurement%surface_name(next%order(i))//trim(line)
-      write (line, '(2(",",es12.5))') next%now(1), next%after(next%order(i))
-      text = text//trim(line)//new_line('a')
-    end do
-    do i = 1, size(next%sites)
-      associate (load => next%sites(i))
-        write (line, '(a,5(",",es12.5))') ',', load%site, load%force*sign(1.0_rp, load%direction(3)), &
-          next%now(1), load%after
-        text = text//number_text(i)//',(new place)'//trim(line(2:))//new_line('a')
-      end associate
-    end do
-    call write_text(s%name//'_next_measurements.csv', text, failure)
-  end subroutine write_next
 end module diagnose_files

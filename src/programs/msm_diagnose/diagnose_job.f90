@@ -15,10 +15,11 @@ module diagnose_job
   use diagnose_command, only: diagnose_command_t, DIAGNOSE_CHECK, DIAGNOSE_PLAN
   use diagnose_comparison, only: print_comparison
   use diagnose_draws, only: draws_file_t
-  use diagnose_files, only: write_fragments, write_maps, write_next
+  use diagnose_files, only: write_fragments, write_maps
   use diagnose_flight_json, only: write_extended_flight
   use diagnose_flight_settings, only: fly_all, print_cost, print_wing_cost
   use diagnose_json, only: write_diagnosis_json
+  use diagnose_next, only: write_next
   use diagnose_plan_report, only: print_plan
   use diagnose_results, only: print_results, PLAN_RESULT, RESULTS
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
@@ -29,7 +30,7 @@ module diagnose_job
   use diagnosis_further_runs, only: further_runs_t
   use diagnosis_mode_report, only: describe_modes
   use diagnosis_series_report, only: describe_series
-  use diagnosis_next_measurement, only: next_measurement_t, rank_loads
+  use diagnosis_next_measurement, only: next_measurement_t, rank_measurements
   use diagnosis_noise, only: check_declared_variance
   use diagnosis_unknown, only: describe_unknown, unknown_t
   use diagnosis_wing_simulator, only: wing_simulator_t
@@ -174,7 +175,7 @@ contains
     warning = self%settings%noise%warning
     call check_declared_variance(self%settings%noise, self%diagnosis%tests%scale)
     if (self%settings%noise%warning /= warning) write (error_unit, '(a)') 'notice: '//self%settings%noise%warning
-    call rank_loads(self%settings, self%simulator, self%diagnosis, next)
+    call rank_measurements(self%settings, self%simulator, self%diagnosis, next)
     call compare_zeros(self%settings, self%simulator, self%diagnosis, zeros)
     call describe_modes(self%settings, self%simulator, self%diagnosis)
     call describe_series(self%settings, self%simulator, self%diagnosis)

@@ -7,12 +7,13 @@ module diagnose_json
   use base_kinds, only: rp
   use base_text_file, only: write_text
   use diagnose_comparison, only: put_comparison
-  use diagnose_json_parts, only: put_discretisation, put_next
+  use diagnose_json_parts, only: put_discretisation
   use diagnose_counts, only: counts_t
   use diagnose_data_json, only: put_data
   use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
+  use diagnose_next, only: put_next
   use diagnose_settings, only: diagnose_settings_t
-  use diagnose_summary, only: cause_name, next_sentence, verdict_sentence, verdict_statement
+  use diagnose_summary, only: cause_name, verdict_sentence, verdict_statement
   use diagnose_unknown, only: put_unknown
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_next_measurement, only: next_measurement_t
@@ -73,7 +74,7 @@ contains
     if (allocated(d%tests%checks)) call put_checks(json, 'questions', d%tests%checks)
     if (.not. allocated(d%tests%checks)) call put_checks(json, 'questions', [residual_check_t ::])
     call put_rivals(json, s, d, next)
-    call put_next(json, s%measurement, counts, next, next_sentence(s, d, next))
+    call put_next(json, s, d, next)
     call json%close()
     call write_text(s%name//'.json', json%text, failure)
   end subroutine write_diagnosis_json

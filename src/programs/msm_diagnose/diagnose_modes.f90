@@ -58,6 +58,12 @@ contains
         if (mode%is_loaded()) call json%put('is_loaded', .true.)
         call json%put('frequency_hz', mode%frequency)
         call json%put('sd_hz', mode%frequency_sigma)
+        if (mode%damping >= 0) then
+          call json%put('damping_ratio', mode%damping)
+          call json%put('damping_sd', mode%damping_sigma)
+          call json%put('baseline_damping_ratio', row%damping(1))
+          if (d%extended%is_found) call json%put('extended_damping_ratio', row%damping(2))
+        end if
         call json%put('baseline_number', row%number(1))
         call json%put('baseline_hz', row%frequency(1))
         call json%put('baseline_mac', row%mac(1))

@@ -6,6 +6,7 @@ module diagnose_plan_report
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text_file, only: write_text
+  use diagnose_plan_motion, only: in_words_of, print_motion, print_twins, put_twins, put_with_motion, strength_words
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_detectability, only: detectability_t, most_detectable, find_detectability, best_load_t
   use diagnosis_wing_simulator, only: wing_simulator_t
@@ -18,7 +19,6 @@ module diagnose_plan_report
   public :: print_plan
 
   integer, parameter :: SCHEMA_VERSION = 1
-  character(*), parameter :: NO_UNIT = '1' !< of a number without a unit
 
 contains
 
@@ -47,6 +47,8 @@ contains
       end if
     end do
     if (found%has_loads) call print_best_loads(unit, s, found%best_loads)
+    call print_motion(unit, s, found)
+    call print_twins(unit, s, found)
     write (unit, '(a)') '', 'These strengths assume that the declared errors are right and that the data have no other errors.'
     if (s%measurement%is_plan .and. any(s%measurement%loads%has_surface) .and. s%noise%model%length > 0) write (unit, '(a)') &
       'Errors of heights count in full as independent errors and in full as correlated errors, because their fractions are not '// &
@@ -54,7 +56,7 @@ contains
     if (s%finds_discretisation) write (unit, '(a)') &
       'A diagnosis with `refine = yes` also counts the error of the mesh, and needs stronger effects.'
     flush (unit)
-    call write_plan(s, found%design, found%snr, found%best_loads, failure)
+    call write_plan(s, found, failure)
   end subroutine print_plan
 
   !> Prints for each effect the load at a new site that would lower its smallest strength most.
@@ -69,9 +71,7 @@ contains
     do e = 1, size(best_loads)
       if (.not. best_loads(e)%is_found) cycle
       associate (effect => s%catalogue%effects(e), one => best_loads(e), q => s%catalogue%parameters(best_loads(e)%parameter))
-        if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, one%strength))
-        if (.not. q%is_log) write (value, '(es10.3)') one%strength
-        if (q%unit /= NO_UNIT .and. .not. q%is_log) value = trim(value)//' '//q%unit
+        value = strength_words(q, one%strength)
         write (unit, '(a22,2es15.4,es16.3,3x,a)') effect%name//repeat(' ', 22), one%site, one%force, trim(adjustl(value))
       end associate
     end do
@@ -95,9 +95,7 @@ contains
       associate (one => design%candidates(best(1)))
         associate (q => s%catalogue%parameters(one%columns(best(2))))
           strength = least*q%prior_sd
-          if (q%is_log) write (value, '(a,f0.4)') 'a factor of ', exp(min(50.0_rp, strength))
-          if (.not. q%is_log) write (value, '(es10.3)') strength
-          if (q%unit /= NO_UNIT .and. .not. q%is_log) value = trim(value)//' '//q%unit
+          value = strength_words(q, strength)
           write (unit, '(a22,a19,a22,a28,f6.3)') effect%name//repeat(' ', 22), q%name//repeat(' ', 19), &
             adjustl(value), effect%variants(one%variant)%label//repeat(' ', 28), one%retained
         end associate
@@ -106,11 +104,9 @@ contains
   end subroutine print_detectable
 
   !> Writes NAME_plan.json (docs/formats/diagnosis.schema.json).
-  subroutine write_plan(s, design, snr, best_loads, failure)
+  subroutine write_plan(s, found, failure)
     type(diagnose_settings_t), intent(in) :: s
-    type(design_t), intent(in) :: design
-    real(rp), intent(in) :: snr(:)
-    type(best_load_t), intent(in) :: best_loads(:)
+    type(detectability_t), intent(in) :: found
     type(failure_t), intent(inout) :: failure
     type(json_t) :: json
     integer :: e
@@ -124,27 +120,26 @@ contains
     call json%put('power', 0.9_rp)
     call json%open_list('effects')
     do e = 1, size(s%catalogue%effects)
-      call put_plan(json, s, design, e, snr(e), best_loads(e))
+      call put_plan(json, s, found, e)
     end do
     call json%close()
+    call put_twins(json, s, found)
     call json%close()
     call write_text(s%name//'_plan.json', json%text, failure)
   end subroutine write_plan
 
   !> Writes how well a planned measurement could show effect `e`.
-  subroutine put_plan(json, s, design, e, snr, best_load)
+  subroutine put_plan(json, s, found, e)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
-    type(design_t), intent(in) :: design
+    type(detectability_t), intent(in) :: found
     integer, intent(in) :: e
-    real(rp), intent(in) :: snr
-    type(best_load_t), intent(in) :: best_load
     real(rp) :: least
     integer :: best(2)
     call json%open_object('')
     best = 0
-    associate (effect => s%catalogue%effects(e))
-      if (effect%is_testable()) call most_detectable(s, design, e, snr, best, least)
+    associate (effect => s%catalogue%effects(e), best_load => found%best_loads(e))
+      if (effect%is_testable()) call most_detectable(s, found%design, e, found%snr(e), best, least)
       call json%put('name', effect%name)
       call json%put('title', effect%title)
       if (.not. effect%is_testable()) then
@@ -156,7 +151,7 @@ contains
       end if
       call json%put('missing', effect%missing)
       if (best(1) > 0) then
-        associate (one => design%candidates(best(1)))
+        associate (one => found%design%candidates(best(1)))
           associate (q => s%catalogue%parameters(one%columns(best(2))))
             call json%put('parameter', q%name)
             call json%put('unit', q%unit)
@@ -171,18 +166,11 @@ contains
               call json%put('detectable', in_words_of(q%is_log, best_load%strength))
               call json%close()
             end if
+            call put_with_motion(json, found, e, q%is_log)
           end associate
         end associate
       end if
     end associate
     call json%close()
   end subroutine put_plan
-
-  !> Converts a change of a coordinate into the number that users see. It is a factor if the coordinate is a logarithm.
-  pure real(rp) function in_words_of(is_log, change) result(value)
-    logical, intent(in) :: is_log
-    real(rp), intent(in) :: change
-    value = change
-    if (is_log) value = exp(min(50.0_rp, change))
-  end function in_words_of
 end module diagnose_plan_report

@@ -31,6 +31,7 @@ module diagnose_settings
   use solid_effects, only: active_needs, clamp_axis, clamp_compliance
   use solid_mass, only: lump_mass
   use solid_params, only: solid_params_t
+  use solid_wing, only: MEMBRANE_UNSTATED
   use solid_wing_refine, only: coarsen_params, refine_params, refine_wing
   implicit none
   private
@@ -167,6 +168,7 @@ contains
       s%finds_discretisation = choice /= REFINE_NO
       s%fits_finer = choice == REFINE_FIT
       s%options = c%options
+      s%proposals = c%proposals
       s%options%is_scale_known = c%noise == NOISE_DECLARED
       s%name = c%name
       if (s%name == '') call s%config%complain(errors, 'Saving', 'name', &
@@ -189,6 +191,8 @@ contains
     if (is_loaded_from_both_sides(s%measurement) .and. size(s%wing_case%wing%joints) > 0) &
       s%wing_case%requested%effects%has_sides = .true.
     if (s%wing_case%has_mass) call s%parts%init(s%wing_case%wing, s%wing_case%mass)
+    s%states_mass = size(s%wing_case%wing%triangles) == 0 .or. s%wing_case%wing%mass%law /= MEMBRANE_UNSTATED .or. &
+                    s%config%is_given('Mass', 'membrane_mass') .or. s%config%is_given('Mass', 'areal_density')
     if (s%only_flies()) then ! neither the mechanics nor the mesh matters
       s%free_parameters%numbers = [integer ::]
       s%finds_discretisation = .false.

@@ -1,11 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Prints what a diagnosis found on the terminal, in at most 17 lines.
+!> Prints what a diagnosis found on the terminal, in at most 22 lines.
 module diagnose_summary
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnose_counts, only: print_kinds
   use diagnose_findings, only: cause_finding
   use diagnose_modes, only: print_modes
+  use diagnose_next, only: print_next
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_unknown, only: print_unknown
   use diagnose_words, only: fixed
@@ -19,11 +20,11 @@ module diagnose_summary
   use inference_engine, only: diagnosis_t
   implicit none
   private
-  public :: alarm_of, cause_name, next_sentence, print_verdict, verdict_sentence, verdict_statement
+  public :: alarm_of, cause_name, print_verdict, verdict_sentence, verdict_statement
 
 contains
 
-  !> Prints on `unit`, in at most 17 lines, the data, the misfit of the baseline, the verdict with its causes, and what to measure
+  !> Prints on `unit`, in at most 22 lines, the data, the misfit of the baseline, the verdict with its causes, and what to measure
   !> next.
   subroutine print_verdict(unit, s, d, discretisation, next, zeros, unknown)
     integer, intent(in) :: unit
@@ -61,7 +62,7 @@ contains
         fixed(d%prediction%gain_error, 2)//' for each location that was left out'
     end if
     call print_modes(unit, s, d)
-    if (next_sentence(s, d, next) /= '') write (unit, '(a)') 'next      '//next_sentence(s, d, next)
+    call print_next(unit, s, d, next)
     flush (unit)
   end subroutine print_verdict
 
@@ -126,64 +127,6 @@ contains
     write (unit, '(a)') 'check     of the residuals of the baseline: '//d%tests%checks(at)%sentence//' (p = '// &
       probability_text(d%tests%checks(at)%log_p)//' of '//number_text(count(d%tests%checks%takes_part))//' checks)'
   end subroutine print_alarm
-
-  !> Returns in words the measurement, a repeat or a load at a new site, that separates the cause from its nearest rival best. The
-  !> text is empty without a cause and rivals.
-  function next_sentence(s, d, next) result(text)
-    type(diagnose_settings_t), intent(in) :: s
-    type(diagnosis_t), intent(in) :: d
-    type(next_measurement_t), intent(in) :: next
-    character(:), allocatable :: text
-    real(rp), parameter :: NOTHING = 1.0_rp ! [sd]
-    character(:), allocatable :: what, cause, rival
-    real(rp) :: after
-    text = ''
-    if (size(next%order) == 0) return
-    cause = effect_name(next%cause)
-    rival = effect_name(next%rivals(1))
-    after = next%after(next%order(1))
-    what = 'repeat '//s%measurement%surface_name(next%order(1))
-    if (size(next%sites) > 0) then
-      associate (load => next%sites(1))
-        if (load%after > after) then
-          after = load%after
-          what = 'push '//merge('up  ', 'down', load%direction(3) > 0)
-          what = trim(what)//' at ('//fixed(1.0e3_rp*load%site(1), 2)//', '//fixed(1.0e3_rp*load%site(2), 2)// &
-                 ') mm with '//fixed(1.0e3_rp*load%force, 3)//' mN'
-        end if
-      end associate
-    end if
-    if (after < NOTHING) then
-      text = what_was_tried(s)//' would distinguish '//cause//' from '//rival
-    else
-      text = what//': after it, at least '//fixed(after, 1)//' sd separate '//cause// &
-             ' from every rival; at present '//fixed(next%now(1), 1)//' sd separate it from '//rival
-    end if
-
-  contains
-
-    pure function effect_name(candidate) result(name)
-      integer, intent(in) :: candidate
-      character(:), allocatable :: name
-      name = s%catalogue%effects(d%model%design%candidates(candidate)%effect)%name
-    end function effect_name
-
-  end function next_sentence
-
-  !> Names the measurements that would not help: a further point load if there are loads, and a repeat of every other kind of data.
-  function what_was_tried(s) result(text)
-    type(diagnose_settings_t), intent(in) :: s
-    character(:), allocatable :: text, others
-    others = ''
-    if (s%measurement%count_modes() > 0) others = others//' or natural mode'
-    if (s%measurement%count_series() > 0) others = others//' or record of motion'
-    if (s%measurement%count_flights() > 0) others = others//' or record of a flight'
-    text = 'no additional point load'
-    if (others == '') return
-    others = 'no'//others(4:)//' measured once more'
-    if (size(s%measurement%loads) == 0) text = others
-    if (size(s%measurement%loads) > 0) text = text//' and '//others
-  end function what_was_tried
 
   !> Prints what was measured, and how exactly, in two lines.
   subroutine print_data(unit, s)

@@ -42,7 +42,8 @@ class MakeModes(unittest.TestCase):
 
     def test_mistakes(self):
         for change, problem in (({"rayleigh_mass": 1e6}, "does not swing: make the values of damping"),
-                                ({"relaxation": 0.1, "relaxation_time": 0.0}, "relaxation_time: must be positive")):
+                                ({"relaxation": 0.1, "relaxation_time": 0.0}, "relaxation_time: must be positive"),
+                                ({"drag": 1.0}, "damping.drag: drag with the square of the speed has no damping ratio")):
             with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(InputError, problem):
                 path = Path(folder) / "case.json"
                 path.write_text(json.dumps({"wing": WING, "modes": 2, "stiffness": {"plate": "edges"}, "damping": change}))

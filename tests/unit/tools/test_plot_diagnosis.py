@@ -15,6 +15,7 @@ import numpy as np
 
 from browser import find_browser, look_at
 from flusi_msm.diagnosis.beat import draw_beat, read_beats
+from flusi_msm.diagnosis.modes import draw_modes
 from flusi_msm.diagnosis.report import page
 from flusi_msm.diagnosis.tracks import draw_tracks, read_tracks
 from flusi_msm.diagnosis.series import draw_record, read_series
@@ -117,6 +118,16 @@ class Report(unittest.TestCase):
         self.assertEqual(text.count("data:image/png;base64,"), 8)
         for name in "series_ring", "series_tap", "modes":
             self.assertTrue((self.folder / f"pictures/diagnosis_{name}.png").exists(), name)
+        damped = {**mode, "damping_ratio": 0.02, "damping_sd": 0.001, "baseline_damping_ratio": 0.03, "extended_damping_ratio": 0.021}
+        shape = np.ones((4, 6))
+        for facts, rows in (mode, 1), (damped, 2):
+            figure = draw_modes([(facts, shape)], [], lambda ax, outline: None, True)
+            axes = [ax for ax in figure.axes if ax.get_ylabel().endswith("[%]")]
+            self.assertEqual(len(axes), rows, "damping ratios have a picture if there are some")
+            plt.close(figure)
+        self.assertEqual(axes[1].get_xticklabels()[0].get_text(), "one\nratio 0.02")
+        drawn = [line.get_ydata()[0] for line in axes[1].lines if line.get_label() in ("baseline", "extended")]
+        np.testing.assert_allclose(drawn, [50.0, 5.0], rtol=1e-12)
         records = read_series(self.folder / "diagnosis.h5", diagnosis)
         for is_extended, lines in ((False, 2), (True, 3)):
             figure = draw_record(*records[0], is_extended)

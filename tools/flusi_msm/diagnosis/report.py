@@ -301,6 +301,7 @@ def questions(diagnosis: dict[str, Any]) -> str:
             + table_html(("question", ("p", True), "answer"), rows, "questions") if rows else "")
 
 
+MEDIA = {"vacuum": "a vacuum", "air": "air"}
 KINDS = {"bending": "bending tests", "modes": "natural modes", "series": "records of motion", "flight": "forces over the beat",
          "landmarks": "landmarks over the beat"}
 
@@ -334,6 +335,11 @@ def what_of(one: dict[str, Any]) -> str:
     if "repeat" in one:
         kind = "" if one["kind"] == "bending" else f" ({KINDS[one['kind']]})"
         return f"once more: {one['repeat']}{kind}"
+    if one["kind"] == "modes":
+        return f"natural modes 1 to {len(one['frequencies_hz'])} in {MEDIA[one['medium']]}, near {', '.join(f'{f:.0f}' for f in one['frequencies_hz'])} Hz"
+    if one["kind"] == "series":
+        return (f"release a force of {1e3 * one['released_n']:.3g} mN at ({1e3 * one['place_m'][0]:.2f}, {1e3 * one['place_m'][1]:.2f}) mm in "
+                f"{one['medium']}, {one['samples']} samples at {one['rate_hz']:.0f} Hz")
     way = "up" if one["direction"][2] >= 0 else "down"
     return (f"push {way} at ({1e3 * one['place_m'][0]:.2f}, {1e3 * one['place_m'][1]:.2f}) mm with "
             f"{1e3 * one['force_n']:.3g} mN")
@@ -345,11 +351,15 @@ def next_measurement(diagnosis: dict[str, Any]) -> str:
     if not measurements:
         return ""
     shown = [one for is_new in (False, True) for one in [m for m in measurements if ("repeat" not in m) == is_new][:5]]
-    rows = [(pretty(what_of(one)), f"{one['separation_sd']:.1f} sd")
+    shown += [one for kind in KINDS for one in [m for m in measurements if m["kind"] == kind][:2] if one not in shown]
+    titles = titles_of(diagnosis)
+    rows = [(pretty(what_of(one)), f"{one['separation_sd']:.1f} sd", pretty(", ".join(titles.get(name, name) for name in one.get("tells_apart", []))))
             for one in sorted(shown, key=lambda one: -one["separation_sd"])]
+    reason = diagnosis["next"].get("motion_not_ranked")
+    note = f"<p>New natural modes and records of motion are not in the table: {pretty(reason)}.</p>" if reason else ""
     return ("<h2>What to measure next</h2>" + rivals(diagnosis) + "<p>By how much the first cause differs from the nearest of all "
             "others with one of these measurements more. One sd is the size of a usual error: below 2 sd causes cannot be told apart, "
-            "above 3 they can.</p>" + table_html(("measurement", ("it then differs by", True)), rows, "next"))
+            "above 3 they can.</p>" + table_html(("measurement", ("it then differs by", True), "and is told from"), rows, "next") + note)
 
 
 def rivals(diagnosis: dict[str, Any]) -> str:

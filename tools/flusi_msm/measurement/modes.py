@@ -105,6 +105,8 @@ def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     if case.medium not in ("air", "vacuum"):
         raise InputError(f"medium is air or vacuum, not {case.medium}")
     case.damping.check()
+    if case.damping.drag:
+        raise InputError("damping.drag: drag with the square of the speed has no damping ratio; give it to make_series")
     if case.stiffness.pretension or any(case.stiffness.camber):
         raise InputError("modes are those of a wing that is flat and free of stress at rest: no pretension, no camber")
     if any(case.stiffness.root_compliance) and is_loaded(case):
