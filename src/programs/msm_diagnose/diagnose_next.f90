@@ -82,7 +82,7 @@ contains
     others = ''
     if (s%measurement%count_modes() > 0) others = others//' or natural mode'
     if (s%measurement%count_series() > 0) others = others//' or record of motion'
-    if (s%measurement%count_flights() > 0) others = others//' or record of forces'
+    if (s%measurement%count_flights() > 0) others = others//' or record of a flight'
     text = 'no additional point load'
     if (others /= '') then
       others = 'no'//others(4:)//' measured once more'
