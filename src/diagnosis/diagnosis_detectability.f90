@@ -106,7 +106,12 @@ contains
       end associate
     end do
     call whitened_tangents(simulator, simulator%independent_fraction(), simulator%null_point(), from, columns, white, ok)
-    if (.not. ok) return
+    if (.not. ok) then
+      deallocate (found%twins)
+      allocate (found%twins(0))
+      found%no_motion = 'the derivatives at the unloaded wing cannot be computed'
+      return
+    end if
     normal = normal_matrix(simulator, columns, common_sd, white)
     call try_loads(s, simulator%noise, simulator%null_point(), columns, loads)
     n = simulator%n_baseline + size(shared)

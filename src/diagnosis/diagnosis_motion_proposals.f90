@@ -258,6 +258,7 @@ contains
     integer, intent(in) :: columns(:)
     real(rp), allocatable, intent(out) :: normal(:, :, :)
     logical, allocatable, intent(out) :: ok(:)
+    type(motion_proposal_t), allocatable :: releases(:)
     real(rp), allocatable :: one(:, :)
     integer :: i
     allocate (normal(size(columns), size(columns), size(self%list)), source=0.0_rp)
@@ -266,7 +267,10 @@ contains
       call apply_modes(self, self%list(i), columns, one, ok(i))
       if (ok(i)) normal(:, :, i) = one
     end do
-    if (size(self%list) >= i) call apply_releases(self, self%list(i:), columns, normal(:, :, i:), ok(i:))
+    if (size(self%list) < i) return
+    releases = self%list(i:)
+    call apply_releases(self, releases, columns, normal(:, :, i:), ok(i:))
+    self%list(i:) = releases
   end subroutine proposer_apply
 
   !> Computes the normal matrix by natural modes.
@@ -306,7 +310,7 @@ contains
   !> Computes normal(:, :, i), the normal matrices by the records of `releases`, and finds their forces. Errors of the force and of
   !> the time of a release are unknown. All records are computed together, because they have the same modes.
   subroutine apply_releases(self, releases, columns, normal, ok)
-    class(motion_proposer_t), intent(inout), target :: self
+    class(motion_proposer_t), intent(in), target :: self
     type(motion_proposal_t), intent(inout) :: releases(:)
     integer, intent(in) :: columns(:)
     real(rp), intent(inout) :: normal(:, :, :)

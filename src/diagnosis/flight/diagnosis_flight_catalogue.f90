@@ -18,7 +18,7 @@ module diagnosis_flight_catalogue
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
-  public :: enter_flights, exclude_unflown, flight_steps, rounded, flight_causes, stated_errors
+  public :: enter_flights, exclude_unflown, flight_steps, rounded, flight_causes, stated_errors, uncounted_errors
 
 contains
 
@@ -71,6 +71,25 @@ contains
       sd(j) = p%prior_sd
     end do
   end function stated_errors
+
+  !> Returns the names of the changes whose stated errors are not among the errors of the data, each with the reason: the case cannot
+  !> make the change, or its flights failed for `reason`. Empty if all stated errors count.
+  pure function uncounted_errors(facts, reason) result(text)
+    type(flight_facts_t), intent(in) :: facts
+    character(*), intent(in) :: reason(N_FLOW)
+    character(:), allocatable :: text, why
+    integer :: j
+    text = ''
+    do j = 1, N_CHANGES
+      if (.not. facts%prior_sd(j) > 0) cycle
+      why = first_reason(j, facts, facts%missing)
+      if (why == '') why = first_reason(j, facts, reason)
+      if (why == '' .and. j == FLOW_FREQUENCY .and. facts%is_flexible) why = 'the wings bend'
+      if (why == '') cycle
+      if (text /= '') text = text//'; '
+      text = text//cause_of_change(j)//' ('//why//')'
+    end do
+  end function uncounted_errors
 
   !> Returns the multiple nearest to x of the power of ten that begins `scale`, which is above 0.
   pure elemental real(rp) function rounded(x, scale)

@@ -30,7 +30,8 @@ module diagnosis_flight_changes
   end type change_scales_t
 
   real(rp), parameter :: WIND_SD = 0.05_rp !< of the speed of the tip
-  character(*), parameter :: RECORDS = 'records of forces', MOTIONS = RECORDS//' or landmarks'
+  character(*), parameter :: RECORDS = 'records of forces', MOTIONS = RECORDS//' or landmarks', &
+                             BENT = RECORDS//', or landmarks on wings that bend'
 
 contains
 
@@ -63,10 +64,10 @@ contains
                                'as much as [Wing] of the case says', MOTIONS//', and [Wing] in the case'))
     call enlist(list, omission(FLOW_WALL, 'wall', 'a wall', &
                                'There was a wall near the wing that the simulation leaves out.', 'A wall acted', &
-                               'as much as one at [Flight] wall_distance', RECORDS//', and [Flight] wall_distance'))
+                               'as much as one at [Flight] wall_distance', BENT//', and [Flight] wall_distance'))
     call enlist(list, omission(FLOW_BODY, 'body', 'a body', &
                                'There was a body between the wings that the simulation leaves out.', 'A body displaced', &
-                               'as much as [Flight] body_length and body_radius say', RECORDS//', and [Flight] body_length'))
+                               'as much as [Flight] body_length and body_radius say', BENT//', and [Flight] body_length'))
     do i = 1, size(list)
       do k = 1, size(list(i)%parameters)
         associate (p => list(i)%parameters(k))
@@ -155,7 +156,7 @@ contains
     type(cause_t) :: c
     character(*), parameter :: AXES = 'xyz', LEAD = 'There was wind:'
     integer :: k
-    c = make_cause('wind', 'wind', 'The air moved against the wing as a whole.', RECORDS)
+    c = make_cause('wind', 'wind', 'The air moved against the wing as a whole.', BENT)
     do k = 1, 3
       call c%add(FLOW_WIND + k, &
                  effect_parameter('wind:'//AXES(k:k), 'm/s', .false., -0.5_rp*scales%speed, 0.5_rp*scales%speed, &
@@ -168,7 +169,7 @@ contains
   pure function viscosity() result(c)
     type(cause_t) :: c
     c = make_cause('viscosity', 'another viscosity', &
-                   'The fluid was more, or less, viscous than the measurement says: its temperature differs.', RECORDS)
+                   'The fluid was more, or less, viscous than the measurement says: its temperature differs.', BENT)
     call c%add(FLOW_VISCOSITY, effect_parameter(c%name, '1', .true., 0.5_rp, 2.0_rp, 0.05_rp))
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The fluid was', 'The fluid was', 'more viscous', 'less viscous', &
                      'than the measurement says', 'as viscous as the measurement says', 1.0_rp)

@@ -330,7 +330,7 @@ contains
   end function wing_independent_fraction
 
   !> See `simulator_t`. The nuisances are the errors of every load (see simulation_t), the gain of all forces, D, the errors of
-  !> records of motion, and the error of the mesh, in this order.
+  !> records of motion, those of flights (see flight_nuisances), and the error of the mesh, in this order.
   subroutine wing_directions(self, q, from, nuisances, patterns, is_valid)
     class(wing_simulator_t), intent(inout) :: self
     real(rp), intent(in) :: q(:)

@@ -104,7 +104,7 @@ contains
     end do
     call read_whole(file, group, 'per_length', 0, 1, 0, per_length, report)
     f%is_per_length = per_length == 1
-    if (has_landmarks(file, group)) has_forces = has_attribute(file, group, 'components') .or. file%has(group//'/mean')
+    if (has_landmarks(file, group)) has_forces = begins_forces(file, group)
     if (.not. has_forces) return
     call read_vector(file, group, 'reference', 'm', FAR, f%reference, report)
     call read_real(file, group, 'correlation_time', 's', from_zero(1.0e6_rp), f%correlation_time, report, 0.0_rp)
@@ -112,6 +112,19 @@ contains
     call read_times(file, group, f, report)
     if (size(f%component) > 0 .and. size(f%time) > 0) call read_values(file, group, f, report)
   end subroutine read_one
+
+  !> Tells whether a group with landmarks has any part of a record of forces, too.
+  logical function begins_forces(file, group)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: group
+    character(16), parameter :: SETS(4) = [character(16) :: 'time', 'mean', 'sd', 'spread']
+    character(16), parameter :: NAMES(4) = [character(16) :: 'components', 'units', 'reference', 'correlation_time']
+    integer :: i
+    begins_forces = .false.
+    do i = 1, size(SETS)
+      begins_forces = begins_forces .or. file%has(group//'/'//trim(SETS(i))) .or. has_attribute(file, group, trim(NAMES(i)))
+    end do
+  end function begins_forces
 
   !> Reads the number of beats that were averaged.
   subroutine read_beats(file, group, f, report)

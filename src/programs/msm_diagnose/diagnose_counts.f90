@@ -13,7 +13,7 @@ module diagnose_counts
   use io_json, only: json_t
   implicit none
   private
-  public :: counts_t, print_kinds
+  public :: counts_t, kinds_of, print_kinds
 
   integer, parameter, public :: DATA_BENDING = 1, DATA_MODES = 2, DATA_SERIES = 3, DATA_FLIGHT = 4, DATA_LANDMARKS = 5
   character(*), parameter, public :: DATA_NAMES(5) = [character(9) :: 'bending', 'modes', 'series', 'flight', 'landmarks']

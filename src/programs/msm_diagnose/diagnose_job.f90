@@ -150,6 +150,7 @@ contains
     type(zeros_t) :: zeros
     type(unknown_t) :: unknown
     type(draws_file_t) :: store
+    type(failure_t) :: unflown
     character(:), allocatable :: warning
     if (self%is_over) return
     store%path = self%settings%draws_path
@@ -182,9 +183,8 @@ contains
     call compare_flights(self%settings, self%diagnosis)
     unknown = describe_unknown(self%settings, self%simulator, self%diagnosis)
     call print_verdict(output_unit, self%settings, self%diagnosis, self%discretisation, next, zeros, unknown)
-    call fly_wings(self%settings, self%diagnosis, self%further, self%outcome%failure)
-    if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
-    if (self%outcome%failure%failed) return
+    call fly_wings(self%settings, self%diagnosis, self%further, unflown)
+    if (unflown%failed) self%settings%comparison%reason = unflown%reason ! the diagnosis does not need these flights
     call print_comparison(output_unit, self%settings)
     call write_fragments(self%settings, self%diagnosis, self%outcome%failure)
     call write_extended_flight(self%settings, self%diagnosis, self%outcome%failure)
@@ -194,6 +194,7 @@ contains
     call write_diagnosis_json(self%settings, self%simulator%labels, self%diagnosis, self%discretisation, next, zeros, unknown, &
                               self%outcome%failure)
     if (.not. self%outcome%failure%failed) call print_results(output_unit, self%settings%name)
+    if (self%further%outcome%failure%failed .and. .not. self%outcome%failure%failed) self%outcome = self%further%outcome
     self%outcome%verdict = self%diagnosis%decision%verdict
     if (command%wants_code) call self%outcome%end_as(OUTCOME_VERDICT)
     call self%outcome%classify(OUTCOME_UNWRITABLE)

@@ -6,7 +6,7 @@ module diagnose_next
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
-  use diagnose_counts, only: DATA_BENDING, DATA_FLIGHT, DATA_MODES, DATA_NAMES, DATA_SERIES
+  use diagnose_counts, only: kinds_of, DATA_BENDING, DATA_MODES, DATA_NAMES, DATA_SERIES
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_words, only: fixed
   use diagnosis_motion_proposals, only: motion_proposal_t, PROPOSE_MODES
@@ -96,20 +96,15 @@ contains
   pure integer function kind_of(s, option) result(kind)
     type(diagnose_settings_t), intent(in) :: s
     type(next_option_t), intent(in) :: option
-    integer :: i, n
+    integer, allocatable :: of_surfaces(:)
     select case (option%what)
     case (NEXT_LOAD)
       kind = DATA_BENDING
     case (NEXT_MOTION)
       kind = merge(DATA_MODES, DATA_SERIES, option%motion%kind == PROPOSE_MODES)
     case default
-      n = size(s%measurement%loads) + s%measurement%count_modes()
-      kind = merge(DATA_BENDING, DATA_MODES, option%surface <= size(s%measurement%loads))
-      if (option%surface <= n) return
-      do i = 1, s%measurement%count_series()
-        n = n + size(s%measurement%series(i)%sigma)
-      end do
-      kind = merge(DATA_SERIES, DATA_FLIGHT, option%surface <= n)
+      of_surfaces = kinds_of(s)
+      kind = of_surfaces(option%surface)
     end select
   end function kind_of
 

@@ -57,6 +57,7 @@ module solid_dynamics
     type(dynamic_state_t) :: saved
     logical :: has_factors = .false. !< the factors of the solver serve the present step
     integer :: n_before = 0          !< factorisations for this step, over all its attempts
+    logical :: was_divided = .false. !< the last attempt ended in parts: the factors are those of a part
     ! Data of the present substep
     type(frame_t) :: frame           !< at its end
     real(rp) :: q = 0                !< [1/s]
@@ -119,7 +120,7 @@ contains
     halvings = 0
     done = 0
     if (.not. present(guess)) self%n_before = 0
-    self%has_factors = self%n_before > 0
+    self%has_factors = self%n_before > 0 .and. .not. self%was_divided
     now%factorisations = options%factorisations - self%n_before
     do
       part = dt/2**halvings
@@ -146,6 +147,7 @@ contains
     report%factorisations = self%solver%n_factorisations
     report%inner = self%solver%n_inner
     self%n_before = self%n_before + report%factorisations
+    self%was_divided = halvings > 0
     if (report%converged) then
       state%time = self%saved%time + dt
     else

@@ -8,6 +8,7 @@ module diagnose_flight_refined
   use fluid_solid_keys, only: CHANNEL_NONE
   use fluid_sponge_keys, only: sponge_faces
   use fsi_body_motion, only: MOTION_TETHERED
+  use fsi_kinematics, only: body_t
   use fsi_mask_keys, only: mask_choices, mask_choices_t
   use simulation_settings, only: settings_t
   implicit none
@@ -143,7 +144,7 @@ contains
     character(:), allocatable :: text
     real(rp) :: size_of(3), shift(3)
     integer :: n(3)
-    shift = flight_shift(s, REFINE_BOX)
+    shift = flight_shift(s, REFINE_BOX, 1)
     associate (f => s%fluid)
       n = wider_grid(f%grid%n)
       size_of = f%grid%length*n/f%grid%n
@@ -153,11 +154,13 @@ contains
     end associate
   end function larger_box
 
-  !> Returns how far [L] a refined flight is from the place of the case.
-  pure function flight_shift(s, refinement) result(shift)
+  !> Returns how far [L] a refined flight is from the place of the case, which makes `beats` beats. One more beat is elsewhere if
+  !> the body has moved on.
+  function flight_shift(s, refinement, beats) result(shift)
     type(settings_t), intent(in) :: s
-    integer, intent(in) :: refinement
+    integer, intent(in) :: refinement, beats
     real(rp) :: shift(3)
+    type(body_t) :: before, after
     logical :: is_central
     associate (f => s%fluid)
       is_central = (f%sponge%is_on .or. f%walls%has_cavity) .and. f%walls%channel == CHANNEL_NONE .and. &
@@ -165,6 +168,10 @@ contains
       shift = 0
       if (refinement == REFINE_BOX .and. is_central) shift = f%grid%length*(wider_grid(f%grid%n) - f%grid%n)/(2*f%grid%n)
     end associate
+    if (refinement /= REFINE_BEATS) return
+    before = s%flight%motion%at((beats - 1)/s%flight%frequency(), s%flight%body)
+    after = s%flight%motion%at(beats/s%flight%frequency(), s%flight%body)
+    shift = after%centre - before%centre
   end function flight_shift
 
   !> Returns about 1.5 times as many points of a grid, in even numbers.

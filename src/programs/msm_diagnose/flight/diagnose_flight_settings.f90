@@ -2,7 +2,7 @@
 !> Handles the section [Flight] of a diagnosis. It reads the case that simulates the experiment in which forces were recorded,
 !> checks that the records fit the case, estimates the cost of the flights, and starts their simulation.
 module diagnose_flight_settings
-  use, intrinsic :: iso_fortran_env, only: output_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_outcome, only: outcome_t, OUTCOME_NOT_CONVERGED
@@ -11,7 +11,7 @@ module diagnose_flight_settings
   use common_wing_settings, only: find_beside
   use diagnose_flight_landmarks, only: rigid_places, take_marks
   use diagnose_flights, only: flusi_runner_t
-  use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps
+  use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps, uncounted_errors
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
                                       FLOW_STROKE, FLOW_STROKE_MEAN, is_of_flow, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, NOT_REFINED, REFINE_BEATS, REFINE_BOX, &
@@ -48,7 +48,7 @@ contains
     has_records = measurement%count_flights() > 0
     if (.not. (has_records .or. c%compare)) return
     if (has_records .and. c%compare) call config%complain(errors, 'Flight', 'compare', &
-      'is for a measurement without /flight: with records of forces both flights are always compared')
+      'must be left out: with /flight both flights are always compared')
     if (c%file == '') then
       if (has_records) then
         call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of a flight in /flight; '// &
@@ -387,6 +387,8 @@ contains
     end do
     call exclude_unflown(catalogue, data%facts, data%response%reason)
     data%is_ready = .true.
+    reason = uncounted_errors(data%facts, data%response%reason)
+    if (world%is_root .and. reason /= '') write (error_unit, '(a)') 'notice: stated errors are not counted: '//reason
     if (.not. world%is_root .or. .not. any(data%refined)) return
     ! The largest root mean square over the beat, in percent of that of the component. Components below a hundredth of the largest
     ! force, or torque, do not count.

@@ -7,11 +7,13 @@ module diagnose_flights
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, message_list_t
   use base_files, only: file_exists, join_path, make_folder, real_path
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use base_outcome, only: outcome_t, OUTCOME_COLLISION, OUTCOME_DIVERGED, OUTCOME_DONE, OUTCOME_MISTAKE, &
                           OUTCOME_NOT_CONVERGED, OUTCOME_UNWRITABLE
   use base_pause, only: pause_for
+  use base_process, only: wall_seconds
   use base_redirection, only: change_folder, redirection_t
+  use base_signals, only: signal_caught
   use base_text, only: number_text
   use base_text_file, only: write_text
   use diagnose_flight_case, only: flight_case_t
@@ -204,7 +206,8 @@ contains
   end subroutine fly_one
 
   !> Locks the folder of a flight, which it makes if it is missing. Waits as long as another diagnosis has it, and says so once.
-  !> Fails if nobody can write there.
+  !> Fails if nobody can write there, if a signal asks the program to stop, and if the other one has written nothing for an hour:
+  !> the state of a process on another machine is unknown.
   subroutine hold(self, folder, lock, failure)
     class(flusi_runner_t), intent(in) :: self
     character(*), intent(in) :: folder
@@ -213,18 +216,27 @@ contains
     type(failure_t) :: unmade(2) ! ignored, because another group may have made the folder just before
     type(failure_t) :: taken
     character(:), allocatable :: notice
+    real(rp), parameter :: LONG = 3600.0_rp !< seconds
+    real(rp) :: heard
+    integer(i8) :: size_of_log, old_size
     integer :: state
     logical :: is_told
     if (.not. file_exists(self%folder//'/.')) call make_folder(self%folder, unmade(1))
     if (.not. file_exists(folder//'/.')) call make_folder(folder, unmade(2))
     is_told = .false.
+    heard = wall_seconds()
+    old_size = -1
     do
       taken = failure_t()
       call lock%acquire(join_path(folder, LOCKED), state, notice, taken)
       if (state /= LOCK_TAKEN) exit
-      if (.not. is_told) write (output_unit, '(a)') 'waiting   '//taken%reason
+      if (.not. (is_told .or. self%is_quiet)) write (output_unit, '(a)') 'waiting   '//taken%reason
       flush (output_unit)
       is_told = .true.
+      inquire (file=join_path(folder, LOG), size=size_of_log)
+      if (size_of_log /= old_size) heard = wall_seconds()
+      old_size = size_of_log
+      if (signal_caught() /= 0 .or. wall_seconds() - heard > LONG) exit
       call pause_for(PAUSE)
     end do
     if (taken%failed) call failure%raise(taken%reason)
@@ -305,7 +317,8 @@ contains
         end associate
       end do
       record%values(:, 7) = scale*u%length*u%frequency*x(:, 14)
-      call read_marks(name%folder, self%case%marks, times, u%length, flight_shift(s, refinement), record%values, failure)
+      call read_marks(name%folder, self%case%marks, times, u%length, flight_shift(s, refinement, self%case%beats), record%values, &
+                      failure)
     end associate
     if (failure%failed) then
       record%reason = failure%reason//'; delete this folder to simulate the flight again'
