@@ -42,7 +42,7 @@ class Mode:
     damping: float = math.nan          # share of the critical one; NaN: unknown
     damping_sd: float = math.nan
     number: int = 0                    # 0: not stated
-    places: list[Sequence[float]] = field(default_factory=list)
+    places: list[np.ndarray] = field(default_factory=list)
     shape: list[float] = field(default_factory=list)
     sd: list[float] = field(default_factory=list)
 
