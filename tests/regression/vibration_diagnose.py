@@ -167,5 +167,21 @@ def test_little_both(case):
     check(abs(math.log(gain / 1.25)) < 3 * sd, f"the gain is {gain}, sd {sd}")
 
 
+def test_taper(case):
+    """Thin veins that are stiffer against thick ones than solid circles would be. Veins are thin toward the tip, so that to bending alone
+    it may be a gradient of E as well; modes tell both apart. The true exponent is 3.6, that of the baseline 4."""
+    short = SHORT.replace("refits = 1", "refits = 3") + "observations = 120;\n"
+    stiffness = {"plate": "edges", "diameter_exponent": 3.6}
+    measure(case, "bending.h5", stiffness=stiffness, noise={"height": 3.0e-5})
+    code, found = diagnose(case, "bending.h5", "alone", short, parameters="E")
+    check(code == SET and {"taper", "E_gradient"} <= set(found["verdict"]["set"]), f"bending alone: {found['verdict']['set']}")
+    vibrate(case, "bending.h5", "--add", stiffness=stiffness)
+    code, found = diagnose(case, "bending.h5", "both", short, parameters="E")
+    check(code == NAMED and [cause["effect"] for cause in found["verdict"]["causes"]] == ["taper"], found["verdict"]["sentence"])
+    exponent, sd = [(one["value"], one["sd"]) for one in found["extended"]["parameters"] if one["name"] == "diameter_exponent"][0]
+    check(abs(exponent - 3.6) < 3 * sd, f"the exponent is {exponent}, sd {sd}")
+    print(f"    exponent {exponent:.4f}, sd {sd:.4f}")
+
+
 if __name__ == "__main__":
     main(globals())
