@@ -122,6 +122,18 @@ class Modes(Import):
         self.write("modes.csv", "name,frequency,frequency_sd,number\nc,180,1,2\n")
         self.assertIn("has 1.2 kg/m^3", self.run_import(*self.BASE, "--add", "--air-density", 1.0, code=2))
 
+    def test_gravity(self):
+        """Modes about the shape under the weight have numbers of their own."""
+        self.write("modes.csv", "name,frequency,frequency_sd,number\na,152,1,1\n")
+        self.run_import(*self.BASE)
+        self.write("modes.csv", "name,frequency,frequency_sd,number\nb,153,1,1\n")
+        self.run_import(*self.BASE, "--gravity", 0, 0, -9.81, "--add")
+        np.testing.assert_array_equal(self.read("modes/b")["gravity"], [0, 0, -9.81])
+        self.assertNotIn("gravity", self.read("modes/a"))
+        self.write("modes.csv", "name,frequency,frequency_sd,number\nc,153,1,1\n")
+        self.assertIn("mode b has the number 1", self.run_import(*self.BASE, "--gravity", 0, 0, -9.81, "--add", code=2))
+        self.assertIn("--gravity: is out of range", self.run_import(*self.BASE, "--gravity", 0, 0, 0, code=2))
+
     def test_refused_options(self):
         """No unit, kind of frequency or medium has a default."""
         self.write("modes.csv", self.GOOD)

@@ -2,7 +2,7 @@
 """Makes natural modes, /modes of a measurement file (docs/formats/measurement-format.md), of tables of measured modes.
 
 usage: import_modes MODES.csv -o modes.h5 --frequency-units Hz --frequencies damped --medium air [--damping-units percent]
-                    [--shapes SHAPES.csv --length-units mm] [--wing wing.h5] [--air-density 1.2] [--add]
+                    [--shapes SHAPES.csv --length-units mm] [--wing wing.h5] [--gravity 0 0 -9.81] [--air-density 1.2] [--add]
 
 MODES.csv has a line of column names and one line for each mode: name, frequency, frequency_sd, and optionally damping (as a share
 of the critical one), damping_sd, number (1: the lowest mode of the wing) and medium (in place of --medium). SHAPES.csv has one
@@ -45,6 +45,7 @@ class Mode:
     places: list[np.ndarray] = field(default_factory=list)
     shape: list[float] = field(default_factory=list)
     sd: list[float] = field(default_factory=list)
+    gravity: Sequence[float] = ()      # [m/s^2] that bends the wing while it vibrates
 
     def group(self) -> Group:
         """Returns the attributes and datasets of the file."""
@@ -53,6 +54,8 @@ class Mode:
             attributes.update(damping=self.damping, damping_sigma=self.damping_sd)
         if self.number:
             attributes["number"] = self.number
+        if self.gravity:
+            attributes["gravity"] = self.gravity
         return attributes, {"points": self.places, "shape": self.shape, "sigma": self.sd} if self.shape else {}
 
 
@@ -66,6 +69,8 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--damping-units", choices=DAMPINGS, help="required with a column damping")
     parser.add_argument("--medium", choices=MEDIA, help="required without a column medium")
     parser.add_argument("--air-density", type=float, metavar="KG/M3", help="(default: 1.2)")
+    parser.add_argument("--gravity", type=float, nargs=3, default=(), metavar=("X", "Y", "Z"),
+                        help="m/s^2, if the weight bends the wing while it vibrates (default: the wing is unloaded)")
     parser.add_argument("--shapes", metavar="SHAPES.csv", help="places and displacements of the modes")
     parser.add_argument("--length-units", choices=LENGTHS, help="of x and y; required with --shapes")
     parser.add_argument("--wing", metavar="FILE", help="wing file: places that are not on it are refused")
@@ -108,7 +113,7 @@ def read_mode(cells: Cells, k: int, options: argparse.Namespace, frequency_unit:
     if number != round(number) if not math.isnan(number) else False:
         problems.error(f"{cells.place(k, 'number')} is {number:g}; a whole number is valid")
         number = math.nan
-    return Mode(name, k, medium, frequency, sd, damping, damping_sd, 0 if math.isnan(number) else int(number))
+    return Mode(name, k, medium, frequency, sd, damping, damping_sd, 0 if math.isnan(number) else int(number), gravity=options.gravity)
 
 
 def read_modes(options: argparse.Namespace, problems: Problems) -> tuple[list[Mode], Cells]:
@@ -171,7 +176,9 @@ def check_held(modes: Sequence[Mode], path: str, problems: Problems) -> None:
         for mode in modes:
             if mode.name == name:
                 problems.error(f"{path}: has a mode {name} already; give it another name")
-            elif mode.number and not facts["is_loaded"] and (facts.get("number"), facts.get("medium")) == (mode.number, mode.medium.encode()):
+                continue
+            is_same = not facts["has_loads"] and list(facts.get("gravity", ())) == list(mode.gravity)
+            if mode.number and is_same and (facts.get("number"), facts.get("medium")) == (mode.number, mode.medium.encode()):
                 problems.error(f"{path}: mode {name} has the number {mode.number} in {mode.medium} already")
 
 
@@ -180,6 +187,8 @@ def main() -> None:
     options, problems = parse(), Problems()
     if options.air_density is not None and not 0 < options.air_density <= 1000:
         problems.error("--air-density: is out of range; valid: above 0, at most 1000 kg/m^3")
+    if options.gravity and not 0 < max(abs(value) for value in options.gravity) <= 1000:
+        problems.error("--gravity: is out of range; valid: a vector above 0, at most 1000 m/s^2")
     modes, cells = read_modes(options, problems)
     if options.shapes is not None:
         read_shapes(modes, options, problems)

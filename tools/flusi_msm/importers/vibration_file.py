@@ -28,9 +28,11 @@ def held(path: str | Path, section: str) -> dict[str, dict[str, Any]]:
         return {}
     try:
         with h5py.File(path) as file:
-            return {name: {**dict(group.attrs), **{f"{key}.shape": item.shape for key, item in group.items() if isinstance(item, h5py.Dataset)},
-                           "is_loaded": "loads" in group or "gravity" in group.attrs}
-                    for name, group in file.get(section, {}).items()}
+            found = {}
+            for name, group in file.get(section, {}).items():
+                shapes = {f"{key}.shape": item.shape for key, item in group.items() if isinstance(item, h5py.Dataset)}
+                found[name] = {**dict(group.attrs), **shapes, "has_loads": "loads" in group}
+            return found
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error}") from error
 
