@@ -126,6 +126,25 @@ def test_damping(case):
     check(2 * lower - best <= 1.2e-5 <= 2 * upper - best, f"{best} s ({lower} to {upper})")
 
 
+def test_friction(case):
+    """Damping ratios of a wing whose joints lose energy: they do not change with the frequency as those of air or of the cuticle do."""
+    vibrate(case, "data.h5", damping={"rayleigh_mass": 60.0, "joint_friction": 1.0e-4})
+    code, found = diagnose(case, "data.h5", "friction", OPTIONS + "validation = no;\n", parameters="E")
+    check(code in (NAMED, SET) and "joint_friction" in found["verdict"]["set"], found["verdict"]["sentence"])
+    lower, best, upper = interval(found, "joint_friction")
+    check(2 * lower - best <= 1.0e-4 <= 2 * upper - best, f"{best} s ({lower} to {upper})")
+
+
+def test_clamp(case):
+    """A clamp that turns: modes find both of its compliances."""
+    vibrate(case, "data.h5", stiffness={"root_compliance": [4000, 10000]}, medium="vacuum")
+    code, found = diagnose(case, "data.h5", "clamp", OPTIONS + "validation = no;\n", parameters="E")
+    check(code == NAMED and found["verdict"]["set"] == ["root_compliance"], found["verdict"]["sentence"])
+    for name, true in ("root_flap", 4000), ("root_twist", 10000):
+        lower, best, upper = interval(found, name)
+        check(2 * lower - best <= true <= 2 * upper - best, f"{name}: {best} rad/(N m) ({lower} to {upper})")
+
+
 def test_outside(case):
     """A membrane whose mass goes up and down, which no entry of the catalogue is."""
     vibrate(case, "data.h5", mass={"membrane_wave": [0.8, 3.0e-3, 0.0]}, noise={"frequency": 0.001, "shape": 0.005})
