@@ -56,6 +56,7 @@ ELSEWHERE = {
     "tools/plot_prepazy *": "needs that data", "tools/import_heights *": "needs measured maps; test_import_heights",
     "tools/import_forces *": "needs measured forces; test_import_forces",
     "tools/import_landmarks *": "needs tracked points; test_import_landmarks",
+    "tools/import_modes *": "needs measured modes; test_import_vibration", "tools/import_series *": "needs a record; test_import_vibration",
     "export P3DFFT_ROOT=*": "needs P3DFFT", "pip install *": "fetches packages", "ford *": "needs FORD",
     "flusi --keyvalues *": "usage; test flusi_reference_keys", "flusi --compare-keys *": "usage",
     "tools/postprocess TOOL *": "usage",

@@ -126,6 +126,25 @@ def test_damping(case):
     check(2 * lower - best <= 1.2e-5 <= 2 * upper - best, f"{best} s ({lower} to {upper})")
 
 
+def test_friction(case):
+    """Damping ratios of a wing whose joints lose energy: they do not change with the frequency as those of air or of the cuticle do."""
+    vibrate(case, "data.h5", damping={"rayleigh_mass": 60.0, "joint_friction": 1.0e-4})
+    code, found = diagnose(case, "data.h5", "friction", OPTIONS + "validation = no;\n", parameters="E")
+    check(code in (NAMED, SET) and "joint_friction" in found["verdict"]["set"], found["verdict"]["sentence"])
+    lower, best, upper = interval(found, "joint_friction")
+    check(2 * lower - best <= 1.0e-4 <= 2 * upper - best, f"{best} s ({lower} to {upper})")
+
+
+def test_clamp(case):
+    """A clamp that turns: modes find both of its compliances."""
+    vibrate(case, "data.h5", stiffness={"root_compliance": [4000, 10000]}, medium="vacuum")
+    code, found = diagnose(case, "data.h5", "clamp", OPTIONS + "validation = no;\n", parameters="E")
+    check(code == NAMED and found["verdict"]["set"] == ["root_compliance"], found["verdict"]["sentence"])
+    for name, true in ("root_flap", 4000), ("root_twist", 10000):
+        lower, best, upper = interval(found, name)
+        check(2 * lower - best <= true <= 2 * upper - best, f"{name}: {best} rad/(N m) ({lower} to {upper})")
+
+
 def test_outside(case):
     """A membrane whose mass goes up and down, which no entry of the catalogue is."""
     vibrate(case, "data.h5", mass={"membrane_wave": [0.8, 3.0e-3, 0.0]}, noise={"frequency": 0.001, "shape": 0.005})
@@ -165,6 +184,22 @@ def test_little_both(case):
     check(code == NAMED and [cause["effect"] for cause in found["verdict"]["causes"]] == ["force_gain"], found["verdict"]["sentence"])
     gain, sd = [(one["value"], one["sd"]) for one in found["extended"]["parameters"] if one["name"] == "force_gain"][0]
     check(abs(math.log(gain / 1.25)) < 3 * sd, f"the gain is {gain}, sd {sd}")
+
+
+def test_taper(case):
+    """Thin veins that are stiffer against thick ones than solid circles would be. Veins are thin toward the tip, so that to bending alone
+    it may be a gradient of E as well; modes tell both apart. The true exponent is 3.6, that of the baseline 4."""
+    short = SHORT.replace("refits = 1", "refits = 3") + "observations = 120;\n"
+    stiffness = {"plate": "edges", "diameter_exponent": 3.6}
+    measure(case, "bending.h5", stiffness=stiffness, noise={"height": 3.0e-5})
+    code, found = diagnose(case, "bending.h5", "alone", short, parameters="E")
+    check(code == SET and {"taper", "E_gradient"} <= set(found["verdict"]["set"]), f"bending alone: {found['verdict']['set']}")
+    vibrate(case, "bending.h5", "--add", stiffness=stiffness)
+    code, found = diagnose(case, "bending.h5", "both", short, parameters="E")
+    check(code == NAMED and [cause["effect"] for cause in found["verdict"]["causes"]] == ["taper"], found["verdict"]["sentence"])
+    exponent, sd = [(one["value"], one["sd"]) for one in found["extended"]["parameters"] if one["name"] == "diameter_exponent"][0]
+    check(abs(exponent - 3.6) < 3 * sd, f"the exponent is {exponent}, sd {sd}")
+    print(f"    exponent {exponent:.4f}, sd {sd:.4f}")
 
 
 if __name__ == "__main__":

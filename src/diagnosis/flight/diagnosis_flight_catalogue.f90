@@ -72,8 +72,8 @@ contains
     end do
   end function stated_errors
 
-  !> Returns the names of the changes whose stated errors are not among the errors of the data, each with the reason: the case cannot
-  !> make the change, or its flights failed for `reason`. Empty if all stated errors count.
+  !> Returns the names of the changes whose stated errors are not among the errors of the data, each with the reason: the case
+  !> cannot make the change, or its flights failed for `reason`. Empty if all stated errors count.
   pure function uncounted_errors(facts, reason) result(text)
     type(flight_facts_t), intent(in) :: facts
     character(*), intent(in) :: reason(N_FLOW)

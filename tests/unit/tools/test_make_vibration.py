@@ -40,6 +40,26 @@ class MakeModes(unittest.TestCase):
             self.assertAlmostEqual(frequency / hertz, 1.0, delta=1e-6)
             self.assertAlmostEqual(ratio / expected, 1.0, delta=1e-5)
 
+    def test_clamp(self):
+        """A clamp that gives way adds compliance times R R^T to the inverse of the stiffness, R the rotations about x and y. In a
+        record, the wing then hangs lower by the rotation of its moment."""
+        wing, compliance = read_wing(WING), (4000.0, 10000.0)
+        mean = float(np.mean(np.concatenate([d for _, d in wing.veins.values()])))
+        stiff = Model(wing, EDGES, mean, 1.0)
+        loose = Model(wing, replace(EDGES, root_compliance=compliance), mean, 1.0)
+        k = modes.resting_stiffness(stiff)
+        arm = (stiff.positions - wing.points[list(wing.root)].mean(0))[stiff.moves]
+        r = np.stack([np.cross(axis, arm).ravel() for axis in ([1.0, 0, 0], [0, 1.0, 0])], 1)
+        force = np.random.default_rng(1).standard_normal(k.shape[0])
+        wanted = np.linalg.solve(k.toarray(), force) + r @ (np.array(compliance[::-1]) * (r.T @ force))
+        given = modes.on_clamp(loose, k)
+        self.assertLess(np.abs(given @ wanted - force).max(), 1e-6)
+        self.assertLess(given.nnz, 1.2 * k.nnz)
+        case = series.Case(WING, stiffness=replace(EDGES, root_compliance=compliance))
+        self.assertEqual(abs(series.Motion(wing, case).k - given).max(), 0)
+        with self.assertRaisesRegex(InputError, "plate=edges"):
+            modes.on_clamp(Model(wing, Stiffness(root_compliance=compliance), mean, 1.0), k)
+
     def test_mistakes(self):
         for change, problem in (({"rayleigh_mass": 1e6}, "does not swing: make the values of damping"),
                                 ({"relaxation": 0.1, "relaxation_time": 0.0}, "relaxation_time: must be positive"),

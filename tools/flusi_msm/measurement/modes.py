@@ -268,7 +268,26 @@ def matrices(wing: Wing, case: Case, model: Model) -> tuple[sparse.csc_matrix, s
         parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (3 * len(moving),) * 2))
     bent = loaded_shape(wing, model, case, plane)
     axial = model.springs.forces(bent) if is_loaded(case) else np.zeros(len(model.springs.k))  # no spring is stretched at rest
-    return sparse.csc_matrix(model.tangent(bent, axial)), sum(parts), moving
+    return on_clamp(model, sparse.csc_matrix(model.tangent(bent, axial))), sum(parts), moving
+
+
+def on_clamp(model: Model, k: sparse.csc_matrix) -> sparse.csc_matrix:
+    """Returns the stiffness of a wing whose clamp turns about x and y by its compliance C times the moment, from the stiffness k on a
+    fixed clamp: the inverse of k^-1 + R C R^T with the rigid rotations R, by the formula of Woodbury. Forces of R are those of hinges and
+    springs at the root."""
+    flap, twist = model.stiffness.root_compliance
+    if not flap and not twist:
+        return k
+    if model.n_nodes > len(model.positions):
+        raise InputError("stiffness.root_compliance: natural modes and records of motion need stiffness.plate=edges with it")
+    arm = (model.positions - model.wing.points[list(model.wing.root)].mean(0))[model.moves]
+    turns = [(c, np.cross(axis, arm).ravel()) for c, axis in ((twist, [1.0, 0, 0]), (flap, [0, 1.0, 0])) if c]
+    r = np.stack([turn for _, turn in turns], 1)
+    kr = k @ r
+    kr[np.abs(kr) < 1e-13 * abs(k).max() * np.abs(r).max()] = 0.0  # rounding, away from the root
+    middle = np.linalg.inv(np.diag([1 / c for c, _ in turns]) + r.T @ kr)
+    kr = sparse.csc_matrix(kr)
+    return (k - kr @ sparse.csc_matrix(middle) @ kr.T).tocsc()
 
 
 def resting_stiffness(model: Model) -> sparse.csc_matrix:

@@ -17,7 +17,7 @@ from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.case_file import build, read_json
-from flusi_msm.measurement.modes import Damping, Mass, mass_matrix, resting_stiffness, triangle_areas
+from flusi_msm.measurement.modes import Damping, Mass, mass_matrix, on_clamp, resting_stiffness, triangle_areas
 from flusi_msm.wing.file import read_wing
 
 if TYPE_CHECKING:
@@ -105,13 +105,14 @@ class Motion:
             m = matrix[moving][:, moving].tocoo()
             parts.append(sparse.csc_matrix((m.data, (3 * m.row + k, 3 * m.col + k)), (n, n)))
         self.m = sum(parts).tocsc()
-        self.k = resting_stiffness(model)
+        fixed = resting_stiffness(model)
+        self.k = on_clamp(model, fixed)
         d = case.damping
         self.c = d.rayleigh_mass * self.m + d.rayleigh_stiffness * self.k
         if d.joint_friction:
             joints = {h.joint: 2 * model.hinge_stiffness(h) for h in model.hinge_plan if h.joint}
             twice = Model(wing, replace(case.stiffness, joints=joints), mean, springs)
-            self.c = self.c + d.joint_friction * (resting_stiffness(twice) - self.k)
+            self.c = self.c + d.joint_friction * (resting_stiffness(twice) - fixed)
         self.area = np.zeros(model.n_nodes)  # of the membrane around every node, [m^2]
         np.add.at(self.area, np.asarray(wing.triangles), triangle_areas(wing)[:, None] / 3)
         self.area = self.area[moving]

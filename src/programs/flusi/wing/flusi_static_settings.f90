@@ -5,6 +5,7 @@ module flusi_static_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_text, only: number_text
+  use common_wing_effects, only: refuse_root_compliance
   use common_wing_settings, only: check_name, load_wing
   use flusi_wing_sites, only: add_force, force_group_t, read_force_groups
   use io_config, only: config_t
@@ -93,6 +94,7 @@ contains
       if (.not. any(abs(s%loads(n + m + i)%load%force) > 0) .and. size(groups(i)%forces) > 1) &
         call s%config%complain(errors, 'Loads', 'named_forces', 'the forces of load '//number_text(i)//' cancel')
     end do
+    if (s%n_modes > 0) call refuse_root_compliance(s%config, s%wing_case%requested, errors)
     if (errors%count() > 0) return ! after mistakes the mass may be missing
     do i = 1, size(s%loads)
       call complete(s, s%loads(i))
