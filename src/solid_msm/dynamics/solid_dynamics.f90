@@ -56,8 +56,7 @@ module solid_dynamics
     type(dynamic_solver_t) :: solver
     type(dynamic_state_t) :: saved
     logical :: has_factors = .false. !< the factors of the solver serve the present step
-    integer :: n_before = 0          !< factorisations for this step, over all its attempts
-    logical :: was_divided = .false. !< the last attempt ended in parts: the factors are those of a part
+    integer :: n_before = 0          !< factorisations for this step, over all its attempts that were not in parts
     ! Data of the present substep
     type(frame_t) :: frame           !< at its end
     real(rp) :: q = 0                !< [1/s]
@@ -120,7 +119,7 @@ contains
     halvings = 0
     done = 0
     if (.not. present(guess)) self%n_before = 0
-    self%has_factors = self%n_before > 0 .and. .not. self%was_divided
+    self%has_factors = self%n_before > 0
     now%factorisations = options%factorisations - self%n_before
     do
       part = dt/2**halvings
@@ -147,7 +146,7 @@ contains
     report%factorisations = self%solver%n_factorisations
     report%inner = self%solver%n_inner
     self%n_before = self%n_before + report%factorisations
-    self%was_divided = halvings > 0
+    if (halvings > 0) self%n_before = 0 ! the factors are those of a part, and do not serve the whole step
     if (report%converged) then
       state%time = self%saved%time + dt
     else
@@ -156,8 +155,8 @@ contains
     end if
   end subroutine dynamics_step
 
-  !> Chooses the next attempt after a part of a step has failed, in this order: a new tangent in every iteration, an unlimited
-  !> number of factorisations, steps of half the length. `can_try` is false if no attempt is left.
+  !> Chooses the next attempt after a part of a step has failed, in this order: a new tangent in every iteration, new factors
+  !> with every tangent, steps of half the length. `can_try` is false if no attempt is left.
   pure subroutine try_harder(self, options, now, halvings, done, can_try)
     type(dynamics_t), intent(inout) :: self
     type(dynamic_options_t), intent(in) :: options
