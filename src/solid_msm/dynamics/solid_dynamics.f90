@@ -145,8 +145,7 @@ contains
     end do
     report%factorisations = self%solver%n_factorisations
     report%inner = self%solver%n_inner
-    self%n_before = self%n_before + report%factorisations
-    if (halvings > 0) self%n_before = 0 ! the factors are those of a part, and do not serve the whole step
+    self%n_before = merge(0, self%n_before + report%factorisations, halvings > 0) ! factors of a part do not serve the whole step
     if (report%converged) then
       state%time = self%saved%time + dt
     else
