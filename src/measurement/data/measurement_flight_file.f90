@@ -118,11 +118,14 @@ contains
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
     character(16), parameter :: SETS(4) = [character(16) :: 'time', 'mean', 'sd', 'spread']
-    character(16), parameter :: NAMES(4) = [character(16) :: 'components', 'units', 'reference', 'correlation_time']
+    character(16), parameter :: NAMES(3) = [character(16) :: 'components', 'units', 'reference']
     integer :: i
     begins_forces = .false.
     do i = 1, size(SETS)
-      begins_forces = begins_forces .or. file%has(group//'/'//trim(SETS(i))) .or. has_attribute(file, group, trim(NAMES(i)))
+      begins_forces = begins_forces .or. file%has(group//'/'//trim(SETS(i)))
+    end do
+    do i = 1, size(NAMES)
+      begins_forces = begins_forces .or. has_attribute(file, group, trim(NAMES(i)))
     end do
   end function begins_forces
 
