@@ -164,6 +164,14 @@ class Report(unittest.TestCase):
             np.testing.assert_allclose(view.lines[1].get_xdata(), 1e3 * y + 0.6, err_msg="the second landmark is the first of them [mm]")
             np.testing.assert_allclose(rest.lines[0].get_ydata(), 3 * np.sqrt(11), err_msg="root mean square of 3, 6, .. 15 sd")
             plt.close(figure)
+        # The first of the landmarks, which nobody saw along z, is in no picture: the second one has the labels.
+        figure = draw_tracks({mark: axes if mark > 2 else {"y": axes["y"]} for mark, axes in left.items()}, False)
+        self.assertEqual([text.get_text() for text in figure.axes[0].get_legend().get_texts()], ["measured", "simulated"])
+        plt.close(figure)
+        # No landmark was seen along both axes of a picture.
+        figure = draw_tracks({1: {"y": left[1]["y"]}, 2: {"z": left[2]["z"]}}, False)
+        self.assertIsNone(figure.axes[0].get_legend())
+        plt.close(figure)
         figure = draw_tracks(right, True)
         self.assertEqual([axis.get_ylabel() for axis in figure.axes], ["z [mm]", "z [mm]", "left [sd]"])
         plt.close(figure)
