@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 from flight_records import BEATS, BOX, FREQUENCY, LENGTH, RE, STROKE, UNIT_FREQUENCY, diagnose, names, write_case
 from json_schema import validate
-from synthetic_bending import ADEQUATE, NAMED, SET
+from synthetic_bending import ADEQUATE, NAMED, SET, seal
 from whole_program import SOURCE, check, main
 
 from flusi_msm.measurement.flight import Cameras, Case, Flow, Fluid, Hidden, Motion, Scatter, Wing, beat_of
@@ -51,7 +51,7 @@ def write_experiment(path, case, has_forces=True, has_landmarks=True):
                 del group[name]
             for name in "components", "units", "reference":
                 del group.attrs[name]
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", path], check=True, stdout=subprocess.DEVNULL)
+    seal(path)
 
 
 def kind_of(found, kind):
@@ -131,7 +131,7 @@ def refused(case, change, wanted):
     shutil.copy(case.folder / "good.h5", path)
     with h5py.File(path, "r+") as file:
         change(file["flight/hover/landmarks"])
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", path], check=True, stdout=subprocess.DEVNULL)
+    seal(path)
     code, _, text = diagnose(case, "data.h5", "wrong", FEW.format(rounds=0), flags=("--check",))
     check(code == 2 and wanted in text, text)
 
