@@ -148,7 +148,7 @@ def check_comparison(found, text):
         print(f"    {name}: {below:.5g} to {above:.5g}, flown {low:.5g} to {high:.5g}")
         # Places and widths are compared apart, because an interval is narrower than the error of its middle. The slope of a parabola
         # through flights that are steps of the prior apart stands for that between the ends, and a Gaussian width for a profile. They
-        # differ by up to 6 % here; 30 % is less than what another level (80 or 95 %) or a forgotten parameter changes.
+        # differ by up to 6 % here. An interval of one sd in place of 90 % would be 39 % narrower.
         check(abs((below + above) / 2 - (low + high) / 2) < 0.01 * size, f"{name}: the middle of {one['interval_90']}, flown {low} to {high}")
         check(abs((above - below) / (high - low) - 1) < 0.3, f"{name}: the width of {one['interval_90']}, flown {low} to {high}")
     ratio = means["lift/power"]
