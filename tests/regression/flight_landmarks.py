@@ -17,7 +17,7 @@ import numpy as np
 from flight_records import BEATS, BOX, FREQUENCY, LENGTH, RE, STROKE, UNIT_FREQUENCY, diagnose, names, write_case
 from json_schema import validate
 from synthetic_bending import ADEQUATE, NAMED, SET, seal
-from whole_program import SOURCE, check, main
+from whole_program import SOURCE, check, main, series
 
 from flusi_msm.measurement.flight import Cameras, Case, Flow, Fluid, Hidden, Motion, Scatter, Wing, beat_of
 from flusi_msm.measurement.flight import synthesise, write_flight
@@ -112,8 +112,7 @@ def test_exact(case):
     text = (folder / "hover.ini").read_text().replace("[Saving]\n", "[Saving]\nlandmarks_left = (/ 0.4 0.0\n-0.1 0.1 /)\n")
     (folder / "hover.ini").write_text(text)
     subprocess.run([records.FLUSI, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
-    rows = np.array([[float(x) for x in line.split()] for line in (folder / "landmarks_left.t").read_text().splitlines()
-                     if not line.lstrip().startswith("%")])
+    rows = np.array(series(folder / "landmarks_left.t").rows)
     flown = experiment(1, Hidden())
     place, _, _ = beat_of(flown).at(rows[:, 0] / UNIT_FREQUENCY)
     for k, along in enumerate((0.4, -0.1)):

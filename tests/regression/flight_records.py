@@ -21,7 +21,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, measure, seal
-from whole_program import ALIVE, EXIT_STOPPED, SOURCE, check, main
+from whole_program import ALIVE, EXIT_STOPPED, SOURCE, check, main, series
 
 from flusi_msm.hovering_plate import write_plate, write_stroke
 from json_schema import validate
@@ -116,8 +116,7 @@ def flown(points, more="", surface="thin", third=0.0, half=0.5):
         if third:
             write_third_harmonic(folder, third)
         subprocess.run([FLUSI, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
-        lines = (folder / "forces.t").read_text().splitlines()
-        rows = np.array([[float(x) for x in line.split()] for line in lines if not line.lstrip().startswith("%")])
+        rows = np.array(series(folder / "forces.t").rows)
     t = rows[:, 0] / PERIOD - (BEATS - 1)
     columns = [rows[:, 2] + rows[:, 5], rows[:, 3] + rows[:, 6], LENGTH * UNIT_FREQUENCY * rows[:, 13]]
     return FORCE * np.stack([np.interp(TIMES, t, column) for column in columns], axis=1)
