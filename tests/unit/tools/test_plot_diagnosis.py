@@ -17,6 +17,7 @@ from browser import find_browser, look_at
 from flusi_msm.diagnosis.beat import draw_beat, read_beats
 from flusi_msm.diagnosis.modes import draw_modes
 from flusi_msm.diagnosis.report import page
+from flusi_msm.diagnosis.report import what_of
 from flusi_msm.diagnosis.tracks import draw_tracks, read_tracks
 from flusi_msm.diagnosis.series import draw_record, read_series
 from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
@@ -175,6 +176,11 @@ class Report(unittest.TestCase):
         figure = draw_tracks(right, True)
         self.assertEqual([axis.get_ylabel() for axis in figure.axes], ["z [mm]", "z [mm]", "left [sd]"])
         plt.close(figure)
+
+    def test_release_in_vacuum(self):
+        """A release says where it is done in the words of the other measurements."""
+        one = {"kind": "series", "medium": "vacuum", "released_n": 1e-5, "place_m": [1e-3, 2e-3], "samples": 60, "rate_hz": 5000.0}
+        self.assertEqual(what_of(one), "release a force of 0.01 mN at (1.00, 2.00) mm in a vacuum, 60 samples at 5000 Hz")
 
     def test_forces(self):
         """A record of forces has a picture with its components; without an extended wing only the case is drawn. Waves over the beat
