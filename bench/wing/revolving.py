@@ -27,7 +27,7 @@ SURFACES = {"thin": {"Insects": {"surface": "thin"}, "Time": {"CFL": 0.45}},
 # name: surface, rigid or flexible, points over the width of the box
 CASES = {f"{surface}-{wings}-{n}": (surface, wings, n) for n in (64, 96, 128, 160, 192, 256) for surface in SURFACES
          for wings in ("rigid", "flexible")}
-MOST = 160  # points of a case that is run without its name; the others take hours
+MOST = 160  # points of a case that is run without its name; the others take long
 
 
 def write(folder, surface, wings, points):

@@ -65,7 +65,7 @@ def test_thin_fsi1(case):
     parts = [case.series(f"forces_part{c}.t").rows[-1] for c in (1, 2)]
     check(abs(sum(part[2] for part in parts) - forces[-1][2]) < 1e-8, "cylinder and beam have the whole force")
     # Friction pulls along the beam, E A = 33333 N. The end moves by F/(E A) times the mean distance of the friction from the clamp:
-    # L/2 if it is even (less 1 % by bending), 3/4 L if it grows from 0 with the square of the distance. Behind the cylinder the
+    # L/2 if it is even, 3/4 L if it grows from 0 with the square of the distance. Behind the cylinder the
     # flow is slow and becomes faster toward the end: the distance is 0.61 L.
     pulled = tip[-1][1] / (1000 * parts[1][2] * 0.35 / 33333)
     check(0.49 < pulled < 0.75, f"friction stretches the beam: {pulled}")

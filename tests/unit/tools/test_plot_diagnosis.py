@@ -16,8 +16,7 @@ import numpy as np
 from browser import find_browser, look_at
 from flusi_msm.diagnosis.beat import draw_beat, read_beats
 from flusi_msm.diagnosis.modes import draw_modes
-from flusi_msm.diagnosis.report import page
-from flusi_msm.diagnosis.report import what_of
+from flusi_msm.diagnosis.report import page, what_of
 from flusi_msm.diagnosis.tracks import draw_tracks, read_tracks
 from flusi_msm.diagnosis.series import draw_record, read_series
 from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
