@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SPARS = 2 * math.pi * 0.1**4 / 64  # moment of area of the spars of wings/filament.h5, m^4 per metre of width
 MASS, RIGIDITY, TILT = 1.5, 0.00225, 18.0
 THIN = {"thin-24-normal": "reference, no friction", "thin-40": "reference, with friction"}
+BLACK = "#000000"  # of the curves in THIN alone
 SURFACE = {f"sheet-{n}": f"surface, L/dx = {n}" for n in (24, 32)}
 
 
@@ -192,14 +193,14 @@ def plot(root, picture):
     use_style()
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), width_ratios=(2.2, 1))
     names = [name for name in CASES if (name.isdigit() or name in SURFACE or name in THIN) and (root / name / "done").exists()]
-    for name, colour in zip(names, COLOURS):
+    colours = iter(colour for colour in COLOURS if colour != BLACK)
+    for name in names:
         t, y, z = tail(root / name, TILT)
         label = f"mask, L/dx = {name}, t = {4 / int(name):.3g} L" if name.isdigit() else {**SURFACE, **THIN}[name]
-        style = {"color": colour}
-        if name in SURFACE:
-            style["lw"] = 2.0
         if name in THIN:
-            style = {"color": "black", "lw": 1.0, "ls": ":" if name.endswith("normal") else "--"}
+            style = {"color": BLACK, "lw": 1.0, "ls": ":" if name.endswith("normal") else "--"}
+        else:
+            style = {"color": next(colours), "lw": 2.0 if name in SURFACE else None}
         left.plot(t, z, label=label, **style)
         begins = zeros(t, z)
         last = (t >= begins[-2]) & (t <= begins[-1])

@@ -6,7 +6,7 @@ table.
 usage: bench/thin/run [--program FLUSI] [--points N] FOLDER [VISCOSITY ...]
 
 runs the values (0.15, 0.3, 0.6 and 1 without any) in FOLDER and prints the table; the last line is JSON. A value that has finished
-is not run again. Lift and power are means over 0.3 < t < 1; the vorticity is that at t = 0.25. Its height is the percentile 99.9 of
+on this grid is not run again. Lift and power are means over 0.3 < t < 1; the vorticity is that at t = 0.25. Its height is the percentile 99.9 of
 the magnitude. Rings are the rms of the magnitude more than ten grid spacings from where it is a tenth of its largest value or more.
 """
 import argparse
@@ -72,7 +72,7 @@ def main():
     options = parser.parse_args()
     found = {}
     for viscosity in options.viscosities:
-        folder = options.folder / viscosity
+        folder = options.folder / f"{options.points}-{viscosity}"
         if not (folder / "done").exists():
             write(folder, viscosity, options.points)
             with open(folder / "log", "w") as log:

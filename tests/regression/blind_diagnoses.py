@@ -28,7 +28,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import h5py
-from whole_program import SOURCE, check, main
+from whole_program import MOST_LINES, SOURCE, check, main
 
 from json_schema import validate
 
@@ -88,7 +88,7 @@ def diagnose(case, data, name, timeout=300, **keys):
     case = case.sub(name)
     done = case.flusi(case.write(f"{name}.ini", text), "--exit-code", timeout=timeout)
     check(done.code in (ADEQUATE, NAMED, SET, UNKNOWN), f"{name} has a verdict:\n{done.out}{done.err}")
-    check(len((done.out + done.err).splitlines()) <= 20, f"{name}: at most 20 lines on the terminal")
+    check(len((done.out + done.err).splitlines()) <= MOST_LINES, f"{name}: at most {MOST_LINES} lines on the terminal")
     found = json.loads((case.folder / f"{name}.json").read_text())
     print(f"    {name}: {done.code} {found['verdict']['sentence']}", flush=True)
     wrong = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")

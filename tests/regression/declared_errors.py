@@ -7,14 +7,12 @@ flight_records.py.
 usage: declared_errors.py <msm_diagnose> <h5dump> [tests]
 """
 import math
-import subprocess
-import sys
 
 import h5py
 from ring_down_diagnose import ring
-from synthetic_bending import ADEQUATE, UNKNOWN, diagnose, measure
+from synthetic_bending import ADEQUATE, UNKNOWN, diagnose, measure, seal
 from vibration_diagnose import vibrate
-from whole_program import SOURCE, check, main
+from whole_program import check, main
 
 FACTOR = 3.0
 OPTIONS = "starts = 1;\ndraws = 500;\nrefits = 1;\nvalidation = no;\nintervals = no;\n"
@@ -30,7 +28,7 @@ def declare_less(case, file):
             if item.name.endswith("/sigma"):
                 item[...] = item[...] / FACTOR
         data.visititems(divide)
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", file], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
+    seal(case.folder / file)
 
 
 def check_both(case, options=OPTIONS):

@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 from synthetic_bending import NAMED, SET, append_loads, diagnose, measure
-from whole_program import SOURCE, check, main
+from whole_program import MOST_LINES, SOURCE, check, main
 
 OPTIONS = "observations = 600;\n"
 QUICK = OPTIONS + "starts = 1;\ndraws = 1000;\n"
@@ -85,7 +85,7 @@ def test_shipped(case):
     done = case.flusi("ini/diagnose.ini", "--exit-code", timeout=300)
     verdict = json.loads((case.folder / "diagnosis.json").read_text())["verdict"]
     check(done.code in (NAMED, SET) and verdict["set"] in (["E_gradient"], ["E_gradient", "taper"]), verdict["sentence"])
-    check(len((done.out + done.err).splitlines()) <= 20, "at most 20 lines on the terminal")
+    check(len((done.out + done.err).splitlines()) <= MOST_LINES, f"at most {MOST_LINES} lines on the terminal")
     tool(case, "plot_diagnosis", "diagnosis.json")
     report = (case.folder / "diagnosis_report.html").read_text()
     check("stiffness that changes along the span" in report and "src=\"data:image/png;base64" in report and

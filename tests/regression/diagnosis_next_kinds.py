@@ -66,7 +66,10 @@ def test_modes(case):
     print(f"    now {found['next']['from_members_now_sd']} sd, with modes {first['from_members_sd']} sd, with a release "
           f"{release['from_members_sd']} sd, with a load {load['from_members_sd']} sd")
     check(first["kind"] == "modes" and first["tells_apart"] == others, f"{first}")
+    # Large deflections tell them apart a little. At 0.5 sd their log likelihoods differ by 1/8, a twenty-fourth of the 3 of a name.
     check(load["from_members_sd"][0] < 0.5 and not load["tells_apart"], "no load tells both apart")
+    # docs/theory/diagnosis.md has 9 sd. Errors are declared and not drawn, so that half of the last digit is its uncertainty.
+    check(abs(first["from_members_sd"][0] - 9) < 0.5, f"modes separate them by {first['from_members_sd'][0]} sd")
     check(sorted(table, key=lambda one: -one["separation_sd"]) == table, "the best one comes first")
     with open(case.folder / "before_next_measurements.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -74,7 +77,9 @@ def test_modes(case):
     check(rows[0]["tells apart"] == others[0] and rows[0]["measurement"].startswith("natural modes 1 to 4 in "), f"{rows[0]}")
     frequencies = add_modes(case, "data.h5", 4, first["medium"])
     for expected, frequency in zip(first["frequencies_hz"], frequencies):
-        check(abs(expected / frequency - 1) < 0.2, f"expected modes have {expected} Hz, not {frequency} Hz")
+        print(f"    mode expected at {expected:.1f} Hz, at {frequency:.1f} Hz")
+        # The wing of the baseline is softer by the gain of 12 %: its frequencies are 6 % lower. The generator has them 1 to 3 % lower.
+        check(abs(expected / frequency - 1) < 0.1, f"expected modes have {expected} Hz, not {frequency} Hz")
     code, found = diagnose(case, "data.h5", "after", f"{OPTIONS}[Next]\nsamples = 20;\n")
     check(code == NAMED and found["verdict"]["set"] == ["force_gain"], found["verdict"]["sentence"])
 

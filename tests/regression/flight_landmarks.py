@@ -16,8 +16,8 @@ import h5py
 import numpy as np
 from flight_records import BEATS, BOX, FREQUENCY, LENGTH, RE, STROKE, UNIT_FREQUENCY, diagnose, names, write_case
 from json_schema import validate
-from synthetic_bending import ADEQUATE, NAMED, SET
-from whole_program import SOURCE, check, main
+from synthetic_bending import ADEQUATE, NAMED, SET, seal
+from whole_program import SOURCE, check, main, series
 
 from flusi_msm.measurement.flight import Cameras, Case, Flow, Fluid, Hidden, Motion, Scatter, Wing, beat_of
 from flusi_msm.measurement.flight import synthesise, write_flight
@@ -51,7 +51,7 @@ def write_experiment(path, case, has_forces=True, has_landmarks=True):
                 del group[name]
             for name in "components", "units", "reference":
                 del group.attrs[name]
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", path], check=True, stdout=subprocess.DEVNULL)
+    seal(path)
 
 
 def kind_of(found, kind):
@@ -112,8 +112,7 @@ def test_exact(case):
     text = (folder / "hover.ini").read_text().replace("[Saving]\n", "[Saving]\nlandmarks_left = (/ 0.4 0.0\n-0.1 0.1 /)\n")
     (folder / "hover.ini").write_text(text)
     subprocess.run([records.FLUSI, "hover.ini"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
-    rows = np.array([[float(x) for x in line.split()] for line in (folder / "landmarks_left.t").read_text().splitlines()
-                     if not line.lstrip().startswith("%")])
+    rows = np.array(series(folder / "landmarks_left.t").rows)
     flown = experiment(1, Hidden())
     place, _, _ = beat_of(flown).at(rows[:, 0] / UNIT_FREQUENCY)
     for k, along in enumerate((0.4, -0.1)):
@@ -131,7 +130,7 @@ def refused(case, change, wanted):
     shutil.copy(case.folder / "good.h5", path)
     with h5py.File(path, "r+") as file:
         change(file["flight/hover/landmarks"])
-    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", path], check=True, stdout=subprocess.DEVNULL)
+    seal(path)
     code, _, text = diagnose(case, "data.h5", "wrong", FEW.format(rounds=0), flags=("--check",))
     check(code == 2 and wanted in text, text)
 

@@ -223,7 +223,7 @@ def test_walls(case):
         # A truncated jump overshoots by 9 % of it, on both sides, and walls of two points have both of them.
         check(all((speed < 0.25 * max(layers)) == (z in walls) for z, speed in enumerate(layers)),
               f"{name}: the flow rests in the walls: {layers}")
-    restarted(case.sub("again"), walled)
+        restarted(case.sub(f"{name}_again"), walled)
 
 
 def test_edges(case):

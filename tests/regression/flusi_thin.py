@@ -185,7 +185,7 @@ def test_flexible_ranks(case):
         for name in ("left_u", "left_v", "right_u", "right_v"):
             a, b = (struct.unpack(f"<{len(raw) // 8}d", raw) for raw in
                     (run.raw(run.newest_checkpoint(), name) for run in (one, other)))
-            # Velocities are differences of displacements over a step, which here are twenty times smaller.
+            # Velocities are differences of displacements over a step, which here are ten times smaller.
             close(a, b, (10 if name.endswith("_v") else 1) * ROUND_OFF, f"{name} on {ranks} ranks", floor=1e-9)
         for name in BENT_SERIES:
             a, b = table(one, name), table(other, name)

@@ -16,7 +16,7 @@ import sys
 import h5py
 import numpy as np
 from gradient_case import CASE, input_text, synthesise
-from whole_program import ALIVE, EXIT_OK, SOURCE, Case, check, main
+from whole_program import ALIVE, EXIT_OK, MOST_LINES, SOURCE, Case, check, main
 
 from json_schema import validate
 
@@ -33,7 +33,7 @@ def test_name(case):
     texts, kept = [], []
     for ranks, arguments, code in (1, ["--exit-code"], EXIT_NAMED), (2, [], EXIT_OK):
         done = case.run("diagnose.ini", *arguments, ranks=ranks, code=code, timeout=300)
-        check(len(done.out.splitlines()) <= 20, "at most 20 lines on the terminal")
+        check(len(done.out.splitlines()) <= MOST_LINES, f"at most {MOST_LINES} lines on the terminal")
         check(re.search(r"E falls toward the tip: about (6|7)\d % lower than at the root\n", done.out), f"size and sign: {done.out}")
         # Open MPI 4 tells of every code but 0 what mpirun has noticed.
         check(code != EXIT_OK or "exit" not in done.err, f"a success has no banner of mpirun: {done.err}")

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import elastica
+from whole_program import MOST_LINES
 from flusi_msm.importers.prepazy import GRAVITY, LENGTH, read_loadings, repeatability
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -45,7 +46,7 @@ def diagnose(program, folder, sd, baselines):
                                             .replace("starts = 1;", "starts = 1;\ndraws = 1000;\n" + extra))
             done = subprocess.run([program, "case.ini", "--exit-code"], cwd=place, capture_output=True, text=True, timeout=300)
             print(done.stdout, done.stderr, sep="")
-            check(len(done.stdout.splitlines()) <= 20, "at most 20 lines on the terminal")
+            check(len(done.stdout.splitlines()) <= MOST_LINES, f"at most {MOST_LINES} lines on the terminal")
             found.append((done.returncode, json.loads((place / "prepazy-diagnosis.json").read_text())))
     return found
 

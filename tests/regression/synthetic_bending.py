@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import h5py
-from whole_program import SOURCE, check
+from whole_program import MOST_LINES, SOURCE, check
 
 WING = str(SOURCE / "wings/calliphora_small.h5")
 BENDING = {
@@ -25,6 +25,11 @@ def measure(case, file, **sections):
     (case.folder / "case.json").write_text(json.dumps(test))
     subprocess.run([sys.executable, "-B", SOURCE / "tools/make_measurement", "case.json", "-o", file], cwd=case.folder,
                    check=True, stdout=subprocess.DEVNULL)
+
+
+def seal(path):
+    """Seals a measurement file that was changed."""
+    subprocess.run([sys.executable, "-B", SOURCE / "tools/seal", path], check=True, stdout=subprocess.DEVNULL)
 
 
 def append_loads(case, file, other, interval=120.0):
@@ -53,7 +58,7 @@ name = {name};
 """
     done = case.flusi(case.write(f"{name}.ini", text), "--exit-code", timeout=300)
     check(done.code in (ADEQUATE, NAMED, SET, UNKNOWN), done.err)
-    check(len((done.out + done.err).splitlines()) <= 20, f"at most 20 lines on the terminal: {done.out}{done.err}")
+    check(len((done.out + done.err).splitlines()) <= MOST_LINES, f"at most {MOST_LINES} lines on the terminal: {done.out}{done.err}")
     found = json.loads((case.folder / f"{name}.json").read_text())
     print(f"    {name}: {done.code} {found['verdict']['sentence']}", flush=True)
     return done.code, found

@@ -22,6 +22,9 @@ from pathlib import Path
 SOURCE = Path(__file__).resolve().parents[2]
 ALIVE = 300  # s after which a run that has not done what a test waits for is taken for dead, on however busy a machine
 EXIT_OK, EXIT_FAILURE, EXIT_USER, EXIT_NUMERICAL, EXIT_STOPPED, EXIT_UNWRITABLE = range(6)
+# Lines of msm_diagnose on the terminal. Of them the table of what to measure next has up to five, one for each kind of data, and the
+# comparison of flights two.
+MOST_LINES = 22
 # What the runtime of a compiler or the system prints when a program dies of a defect.
 CRASH_MARKS = ("Backtrace", "Fortran runtime error", "SIGSEGV", "SIGFPE", "SIGABRT",
                "internal error", "AddressSanitizer", "runtime error:")

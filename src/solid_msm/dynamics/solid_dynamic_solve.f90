@@ -182,7 +182,7 @@ contains
     class(reaction_t), intent(inout) :: reaction
     logical, intent(out) :: is_solved
     integer, parameter :: MANY = 60, FEW = 20 ! few if new factors would help
-    integer, parameter :: WORTH = 6           ! a factorisation costs as much as seven iterations
+    integer, parameter :: WORTH = 6           ! a factorisation costs as much as eight iterations
     real(rp) :: left
     integer :: n_iterations
     call put_right_hand_side(self, model, r)

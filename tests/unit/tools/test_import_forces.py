@@ -148,6 +148,12 @@ class Import(unittest.TestCase):
         (self.folder / "forces.csv").write_text("t,Fy\n0,1\n1,2\n")
         self.assertIn("no column time", self.run_import("--force-units", "N", code=2))
 
+    def test_refused_twice(self):
+        """Two columns of the same name, of which nobody knows which one is right."""
+        rows = self.noisy()
+        self.write({**rows, "FZ": rows["Fy"]})
+        self.assertIn("forces.csv:1: the column fz is there 2 times", self.run_import("--force-units", "N", code=2))
+
     def test_refused_beats(self):
         """Wrong units of time, a wrong frequency, one that is off by a thousandth, forces that are not those of a beat, times that
         run back, too many phases, no noise."""

@@ -12,7 +12,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from flusi_msm.measurement.flight_file import write_record
+from flusi_msm.errors import InputError
+from flusi_msm.measurement.flight_file import write_landmarks, write_record
 from flusi_msm.seal import check_seal
 from synthetic import SOURCE, run_tool
 
@@ -39,10 +40,14 @@ class Import(unittest.TestCase):
         self.rng = np.random.default_rng(7)
         self.time = np.arange(0, 12.3 / F, 1 / F / 80.3)
 
+    def noisy(self, time=None):
+        places = truth(self.time if time is None else time)
+        return {name: values + SD * self.rng.standard_normal(len(values)) for name, values in places.items()}
+
     def write(self, columns=None, time=None, points=POINTS):
         time = self.time if time is None else time
         if columns is None:
-            columns = {name: values + SD * self.rng.standard_normal(len(values)) for name, values in truth(time).items()}
+            columns = self.noisy(time)
         columns = {"time": 1e3 * time, **columns}
         rows = [",".join(columns)] + [",".join("" if np.isnan(v) else f"{v:.9g}" for v in row) for row in zip(*columns.values())]
         (self.folder / "tracks.csv").write_text("\n".join(rows) + "\n")
@@ -113,6 +118,61 @@ class Import(unittest.TestCase):
         (self.folder / "flight.h5").unlink()
         write_record(self.folder / "flight.h5", "flight", {"frequency": F + 1, **attributes}, force)
         self.assertIn("has the frequency 51 Hz, not 50 Hz", self.run_import("--add", code=2))
+        (self.folder / "flight.h5").unlink()
+        write_record(self.folder / "flight.h5", "flight", {"frequency": F, **attributes}, force)
+        self.assertIn("has per_length = 0, the landmarks have 1", self.run_import("--add", "--per-length", code=2))
+        (self.folder / "flight.h5").unlink()
+        write_record(self.folder / "flight.h5", "flight", {"frequency": F, **attributes, "units": "N/m", "per_length": 1}, force)
+        self.assertIn("has per_length = 1, the landmarks have 0", self.run_import("--add", code=2))
+        self.run_import("--add", "--per-length")
+        self.assertEqual(len(self.record()[1]), 2)
+
+    def test_refused_leaves_file(self):
+        """A refused import leaves the file as it was, to the byte, and nothing beside it; so does one that makes the file new."""
+        self.write()
+        self.run_import()
+        before, names = (self.folder / "flight.h5").read_bytes(), sorted(self.folder.iterdir())
+        for options in (("--add",), ("--skip", 12), ("--name", "a/b")):
+            self.run_import(*options, code=2)
+            self.assertEqual((self.folder / "flight.h5").read_bytes(), before)
+            self.assertEqual(sorted(self.folder.iterdir()), names)
+        with self.assertRaisesRegex(InputError, "cannot be written"):  # in the middle: the second wing has no numbers
+            data = {"time": [0.0], "mean": [[0.0] * 3], "sd": [[1.0] * 3]}
+            write_landmarks(self.folder / "flight.h5", "flight", {"frequency": F}, {"origin": np.zeros(3)},
+                            {"left": data, "right": {"mean": "none"}}, is_new=True)
+        self.assertEqual((self.folder / "flight.h5").read_bytes(), before)
+        self.assertEqual(sorted(self.folder.iterdir()), names)
+
+    def test_limits(self):
+        """All options that are out of range are listed at once, with what is valid, beside the mistakes of both tables."""
+        columns = self.noisy()
+        self.write({**columns, "tip_Y ": columns["mid_y"]}, points=POINTS.replace("name,wing", "wing,name"))
+        text = self.run_import("--turn-sd", 21, "--offset-sd", 10001, "--name", "", "--frequency", "inf", "--origin", "nan", 0, 0,
+                               "--start", "nan", "--correlation-time", "inf", code=2)
+        for words in ("--turn-sd: is out of range; valid: above 0, at most 20 degrees", "--offset-sd: is out of range; valid: above 0, at most "
+                      "10000 mm", "--name: is", "--frequency: is", "--origin: is", "--start: is", "--correlation-time: is",
+                      "points.csv: the first line must be name,wing,x,y", "tracks.csv:1: the column tip_y is there 2 times"):
+            self.assertIn(words, text)
+        self.assertEqual(len(text.splitlines()), 9, text)
+        self.write()
+        self.run_import("--turn-sd", 20, "--offset-sd", 10000)
+        self.record()
+
+    def test_seen_once(self):
+        """A coordinate that one beat alone sees has no spread: its error is --sd."""
+        columns = self.noisy()
+        columns["tip_z"] = np.where(self.time * F < 0.9, columns["tip_z"], np.nan)
+        for name in ("mid_y", "mid_z"):
+            columns[name] = np.full(len(self.time), np.nan)
+        self.write(columns)
+        text = self.run_import()
+        self.assertRegex(text, "tip .* 40 of 120 coordinates known, .*; z seen in one beat only: give --sd\n")
+        self.assertRegex(text, "mid .* 0 of 120 coordinates known, never seen\n")
+        self.assertNotIn("give --sd", self.run_import("--sd", SD))
+        left = self.record()[1]["left"]
+        known = np.isfinite(left["mean"][:, 2])
+        self.assertTrue(known[left["time"] < 0.85].all())
+        np.testing.assert_allclose(left["sd"][known, 2], 1e-3 * SD)
 
     def test_refused(self):
         self.write(points=POINTS.replace("left,4", "lefft,4").replace("other,right", "tip,right"))

@@ -16,7 +16,7 @@ import numpy as np
 from browser import find_browser, look_at
 from flusi_msm.diagnosis.beat import draw_beat, read_beats
 from flusi_msm.diagnosis.modes import draw_modes
-from flusi_msm.diagnosis.report import page
+from flusi_msm.diagnosis.report import page, what_of
 from flusi_msm.diagnosis.tracks import draw_tracks, read_tracks
 from flusi_msm.diagnosis.series import draw_record, read_series
 from synthetic import CYCLE_MEANS, run_tool, write_flapping_run
@@ -164,9 +164,22 @@ class Report(unittest.TestCase):
             np.testing.assert_allclose(view.lines[1].get_xdata(), 1e3 * y + 0.6, err_msg="the second landmark is the first of them [mm]")
             np.testing.assert_allclose(rest.lines[0].get_ydata(), 3 * np.sqrt(11), err_msg="root mean square of 3, 6, .. 15 sd")
             plt.close(figure)
+        # The first of the landmarks, which nobody saw along z, is in no picture: the second one has the labels.
+        figure = draw_tracks({mark: axes if mark > 2 else {"y": axes["y"]} for mark, axes in left.items()}, False)
+        self.assertEqual([text.get_text() for text in figure.axes[0].get_legend().get_texts()], ["measured", "simulated"])
+        plt.close(figure)
+        # No landmark was seen along both axes of a picture.
+        figure = draw_tracks({1: {"y": left[1]["y"]}, 2: {"z": left[2]["z"]}}, False)
+        self.assertIsNone(figure.axes[0].get_legend())
+        plt.close(figure)
         figure = draw_tracks(right, True)
         self.assertEqual([axis.get_ylabel() for axis in figure.axes], ["z [mm]", "z [mm]", "left [sd]"])
         plt.close(figure)
+
+    def test_release_in_vacuum(self):
+        """A release says where it is done in the words of the other measurements."""
+        one = {"kind": "series", "medium": "vacuum", "released_n": 1e-5, "place_m": [1e-3, 2e-3], "samples": 60, "rate_hz": 5000.0}
+        self.assertEqual(what_of(one), "release a force of 0.01 mN at (1.00, 2.00) mm in a vacuum, 60 samples at 5000 Hz")
 
     def test_forces(self):
         """A record of forces has a picture with its components; without an extended wing only the case is drawn. Waves over the beat

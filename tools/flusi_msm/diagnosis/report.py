@@ -339,7 +339,7 @@ def what_of(one: dict[str, Any]) -> str:
         return f"natural modes 1 to {len(one['frequencies_hz'])} in {MEDIA[one['medium']]}, near {', '.join(f'{f:.0f}' for f in one['frequencies_hz'])} Hz"
     if one["kind"] == "series":
         return (f"release a force of {1e3 * one['released_n']:.3g} mN at ({1e3 * one['place_m'][0]:.2f}, {1e3 * one['place_m'][1]:.2f}) mm in "
-                f"{one['medium']}, {one['samples']} samples at {one['rate_hz']:.0f} Hz")
+                f"{MEDIA[one['medium']]}, {one['samples']} samples at {one['rate_hz']:.0f} Hz")
     way = "up" if one["direction"][2] >= 0 else "down"
     return (f"push {way} at ({1e3 * one['place_m'][0]:.2f}, {1e3 * one['place_m'][1]:.2f}) mm with "
             f"{1e3 * one['force_n']:.3g} mN")

@@ -44,7 +44,8 @@ def views_of(marks: Marks) -> list[tuple[str, str]]:
 
 
 def draw_view(ax: Axes, marks: Marks, pair: tuple[str, str], is_extended: bool) -> None:
-    """Draws the tracks of the landmarks that fit worst in one plane [mm]."""
+    """Draws the tracks of the landmarks that fit worst in one plane [mm]. The first one that is drawn has the labels."""
+    is_first = True
     for mark in worst(marks):
         if not set(pair) <= set(marks[mark]):
             continue
@@ -53,10 +54,11 @@ def draw_view(ax: Axes, marks: Marks, pair: tuple[str, str], is_extended: bool) 
         if not len(common):
             continue
         ax.plot(1e3 * np.array(across["measured"])[first], 1e3 * np.array(up["measured"])[second], "k.", ms=3,
-                label="measured" if mark == worst(marks)[0] else None)
+                label="measured" if is_first else None)
         for (model, label, style), colour in list(zip(MODELS, COLOURS))[:1 + is_extended]:
             ax.plot(1e3 * np.array(across[model])[first], 1e3 * np.array(up[model])[second], style, color=colour, lw=1.0,
-                    label=label if mark == worst(marks)[0] else None)
+                    label=label if is_first else None)
+        is_first = False
     ax.set_xlabel(f"{pair[0]} [mm]", fontsize=8)
     ax.set_ylabel(f"{pair[1]} [mm]", fontsize=8)
     ax.set_aspect("equal", adjustable="datalim")
@@ -90,7 +92,7 @@ def draw_tracks(marks: Marks, is_extended: bool) -> Figure:
                                 layout="constrained")
     for ax, pair in zip(axes[:, 0], views):
         draw_view(ax, marks, pair, is_extended)
-    if views:
+    if views and axes[0, 0].lines:
         axes[0, 0].legend(fontsize=7, ncols=3)
     draw_left(axes[-1, 0], marks, is_extended)
     return figure

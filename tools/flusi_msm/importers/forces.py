@@ -25,7 +25,7 @@ from flusi_msm.errors import InputError, Problems, run_command
 from flusi_msm.importers.beats import DRIFT, REPEATS, Folded, best_frequency, fold, strongest_frequency
 from flusi_msm.importers.kinematics import read_columns
 from flusi_msm.measurement.balance import OF_A_WING, units_of
-from flusi_msm.measurement.flight_file import write_record
+from flusi_msm.measurement.flight_file import is_record_name, write_record
 
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
@@ -128,9 +128,9 @@ def scales(components: Sequence[str], options: argparse.Namespace, problems: Pro
 
 
 def check_options(options: argparse.Namespace, problems: Problems) -> None:
-    """Adds numbers that are out of range to the mistakes."""
+    """Adds values that are out of range to the mistakes."""
     for key, is_right in (("frequency", options.frequency > 0), ("samples", options.samples >= 4), ("skip", options.skip >= 0),
-                          ("correlation-time", (options.correlation_time or 0) >= 0)):
+                          ("correlation-time", (options.correlation_time or 0) >= 0), ("name", is_record_name(options.name))):
         if not is_right:
             problems.error(f"--{key}: is out of range")
 
@@ -207,11 +207,10 @@ def main() -> None:
     data, correlation_time = record_of(found, options)
     reference = np.zeros(3) if options.reference is None else LENGTHS[options.length_units] * np.array(options.reference)
     units = units_of(components, is_per_length)
-    if not options.add:
-        Path(options.output).unlink(missing_ok=True)
     write_record(options.output, options.name, {"frequency": options.frequency, "beats": len(found.beats), "reference": reference,
                                                 "components": ", ".join(components), "units": ", ".join(units),
-                                                "per_length": int(is_per_length), "correlation_time": correlation_time}, data)
+                                                "per_length": int(is_per_length), "correlation_time": correlation_time}, data,
+                 not options.add)
     print(f"{options.forces}: {spelling}")
     print(f"{len(found.beats)} beats of {options.frequency:g} Hz at {options.samples} phases; errors are correlated over "
           f"{1e3 * correlation_time:.3g} ms")

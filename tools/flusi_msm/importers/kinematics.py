@@ -52,9 +52,13 @@ Measured = tuple[np.ndarray, dict[str, np.ndarray], dict[str, Fit]]  # phases, a
 
 
 def read_columns(path: Path, problems: Problems) -> tuple[dict[str, np.ndarray], str]:
-    """Returns {column: numbers}, NaN where a cell is empty; and how the text was understood."""
+    """Returns {column: numbers}, NaN where a cell is empty; and how the text was understood. Names do not depend on case; one that is
+    there twice is a mistake."""
     table = read_table(path)
     names = [name.lower() for name in table.rows[0]]
+    for name in names:
+        if names.count(name) > 1:
+            problems.error(f"{path}:{table.lines[0]}: the column {name} is there {names.count(name)} times; give each a name of its own")
     values = np.full((len(table.rows) - 1, len(names)), np.nan)
     for j, row in enumerate(table.rows[1:]):
         if len(row) > len(names):

@@ -27,12 +27,15 @@ from flusi_msm.importers.beats import DRIFT, Folded, best_frequency, fold
 from flusi_msm.importers.forces import LENGTHS, MOST, SAME, TIMES
 from flusi_msm.importers.kinematics import read_columns
 from flusi_msm.importers.tables import read_table
-from flusi_msm.measurement.flight_file import write_landmarks
+from flusi_msm.measurement.flight_file import is_record_name, write_landmarks
 
 AXES = "xyz"
 WINGS = ("left", "right")
 POINT_COLUMNS = ["name", "wing", "x", "y"]
-FEWEST = 8     # samples in a beat
+FEWEST = 8          # samples in a beat
+MOST_OFFSET = 10.0  # of the sd of the origin [m]
+MOST_TURN = 20.0    # of the sd of the axes [degree]
+MOST_TIME = 1e6     # of the correlation time [s]
 
 
 @dataclass
@@ -67,21 +70,30 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
 
 
 def check_options(options: argparse.Namespace, problems: Problems) -> None:
-    """Adds numbers that are out of range to the mistakes."""
-    def is_positive(value: float | None) -> bool:
-        return value is None or value > 0
-    for key, is_right in (("frequency", options.frequency > 0), ("samples", options.samples >= 4), ("skip", options.skip >= 0),
-                          ("sd", is_positive(options.sd)), ("offset-sd", is_positive(options.offset_sd)),
-                          ("turn-sd", is_positive(options.turn_sd)), ("correlation-time", (options.correlation_time or 0) >= 0)):
+    """Adds values that are out of range to the mistakes. The limits are those of the format."""
+    def is_positive(value: float | None, largest: float = np.inf) -> bool:
+        return value is None or bool(np.isfinite(value)) and 0 < value <= largest
+    unit = LENGTHS[options.length_units]
+    for key, is_right, valid in (
+            ("frequency", is_positive(options.frequency), "a positive number"),
+            ("origin", np.isfinite(options.origin).all(), "three numbers"),
+            ("start", np.isfinite(options.start), "a number"),
+            ("samples", options.samples >= 4, "4 or more"), ("skip", options.skip >= 0, "0 or more"),
+            ("sd", is_positive(options.sd), "a positive number"),
+            ("offset-sd", is_positive(options.offset_sd, MOST_OFFSET / unit), f"above 0, at most {MOST_OFFSET / unit:g} {options.length_units}"),
+            ("turn-sd", is_positive(options.turn_sd, MOST_TURN), f"above 0, at most {MOST_TURN:g} degrees"),
+            ("correlation-time", options.correlation_time is None or 0 <= options.correlation_time <= MOST_TIME, f"0 to {MOST_TIME:g} s"),
+            ("name", is_record_name(options.name), "a name without /")):
         if not is_right:
-            problems.error(f"--{key}: is out of range")
+            problems.error(f"--{key}: is out of range; valid: {valid}")
 
 
 def read_points(path: Path, unit: float, problems: Problems) -> list[Point]:
-    """Returns the points of a file in its order."""
+    """Returns the points of a file in its order; none if it has other columns."""
     table = read_table(path)
     if [name.lower() for name in table.rows[0]] != POINT_COLUMNS:
-        raise InputError(f"{path}: the first line must be {','.join(POINT_COLUMNS)}; it is {','.join(table.rows[0])}")
+        problems.error(f"{path}: the first line must be {','.join(POINT_COLUMNS)}; it is {','.join(table.rows[0])}")
+        return []
     points: list[Point] = []
     for line, row in zip(table.lines[1:], table.rows[1:]):
         if len(row) != len(POINT_COLUMNS):
@@ -111,8 +123,11 @@ def read_tracks(path: Path, points: Sequence[Point], options: argparse.Namespace
     wanted = [f"{point.name}_{axis}" for point in points for axis in AXES]
     if "time" not in columns:
         problems.error(f"{path}: has no column time; it has {', '.join(columns)}")
+    elif not np.isfinite(columns["time"]).all() or not (np.diff(columns["time"]) > 0).all():
+        problems.error(f"{path}: times must be there and increase")
     for name in columns:
-        if name != "time" and name not in wanted:
+        # Without points no column belongs to one.
+        if points and name != "time" and name not in wanted:
             problems.error(f"{path}: column {name}: belongs to no point; columns are time and NAME_x, NAME_y, NAME_z with the names of "
                            f"{options.points}")
     for point in points:
@@ -120,8 +135,6 @@ def read_tracks(path: Path, points: Sequence[Point], options: argparse.Namespace
             problems.error(f"{path}: has no column of the point {point.name}")
     problems.stop_if_any()
     time = columns["time"] * TIMES[options.time_units]
-    if not np.isfinite(time).all() or not (np.diff(time) > 0).all():
-        raise InputError(f"{path}: times must be there and increase")
     empty = np.full(len(time), np.nan)
     return time, LENGTHS[options.length_units] * np.stack([columns.get(name, empty) for name in wanted], 1), spelling
 
@@ -193,17 +206,21 @@ def main() -> None:
         if chosen:
             wings[wing] = {"time": found.phase, "points": np.array([points[k].place for k in chosen]), "mean": mean[:, columns],
                            "sd": sd[:, columns]}
-    if not options.add:
-        Path(options.output).unlink(missing_ok=True)
     write_landmarks(options.output, options.name, {"frequency": options.frequency, "beats": len(found.beats),
-                                                   "per_length": int(options.per_length)}, cameras, wings)
+                                                   "per_length": int(options.per_length)}, cameras, wings, not options.add)
     print(f"{options.tracks}: {spelling}")
     print(f"{len(found.beats)} beats of {options.frequency:g} Hz at {options.samples} phases; errors are correlated over "
           f"{1e3 * cameras['correlation_time']:.3g} ms")
+    most = found.count().max(axis=0)  # beats that see a coordinate at the same phase
     for k, point in enumerate(points):
         own_mean, own_sd = mean[:, 3 * k:3 * k + 3], sd[:, 3 * k:3 * k + 3]
         known = np.isfinite(own_mean)
-        size = f"sd of the mean {1e6 * np.sqrt((own_sd[known]**2).mean()):.3g} um" if known.any() else "never seen"
+        size = f"sd of the mean {1e6 * np.sqrt((own_sd[known]**2).mean()):.3g} um" if known.any() else "no coordinate has a known error"
+        if not most[3 * k:3 * k + 3].any():
+            size = "never seen"
+        once = [axis for axis, n in zip(AXES, most[3 * k:]) if n == 1 and options.sd is None]
+        if once:
+            size += f"; {', '.join(once)} seen in one beat only: give --sd"
         print(f"{point.name:8s} {point.wing:5s} wing, {known.sum()} of {known.size} coordinates known, {size}")
     print(options.output)
 

@@ -135,6 +135,7 @@ contains
     real(rp), allocatable :: rows(:, :)
     real(rp) :: x(N_PHASES)
     integer :: side, i, c, column
+    if (marks%count() == 0) return
     do side = 1, size(SIDE_NAMES)
       if (.not. any(marks%side == side)) cycle
       call read_series(join_path(folder, landmarks_file(SIDE_NAMES(side))), 1 + 3*count(marks%side == side), rows, failure)
