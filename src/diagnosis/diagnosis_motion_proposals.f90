@@ -67,8 +67,8 @@ module diagnosis_motion_proposals
 
 contains
 
-  !> Makes the list of all measurements of motion for the wing at q. It is empty, with the reason, if the wing has no mass, or
-  !> cannot vibrate about a flat shape. On rank 0 alone.
+  !> Makes the list of all measurements of motion for the wing at q. It is empty, with the reason, if nobody wants it, if the wing has
+  !> no mass, or if it cannot vibrate about a flat shape. On rank 0 alone.
   subroutine proposer_init(self, s, q)
     class(motion_proposer_t), intent(inout), target :: self
     class(diagnosis_case_t), intent(in) :: s
@@ -106,7 +106,9 @@ contains
     class(diagnosis_case_t), intent(in) :: s
     character(:), allocatable :: reason
     reason = ''
-    if (.not. s%wing_case%has_mass) then
+    if (s%proposals%n_modes == 0) then
+      reason = '[Next] modes is 0'
+    else if (.not. s%wing_case%has_mass) then
       reason = 'they need a valid mass of the wing: [Mass]'
     else if (.not. (s%states_mass .or. s%measurement%moves())) then
       reason = 'they need the mass of the wing: [Mass] membrane_mass or areal_density, or a wing file that states it'

@@ -60,6 +60,8 @@ refits = 2;
 refine = no;
 validation = yes;
 intervals = yes;
+[Next]
+modes = 0;
 [Saving]
 name = {name};
 """

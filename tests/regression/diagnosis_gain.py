@@ -47,6 +47,8 @@ draws = 1000;
 refits = 2;
 intervals = no;
 validation = {validation};
+[Next]
+modes = 0;
 [Saving]
 name = {name};
 """

@@ -131,7 +131,8 @@ contains
     type(proposal_choices_t), intent(inout) :: c
     call keys%section('Next', 'how well natural modes and a record of motion could be measured, for the table of what to '// &
                       'measure next')
-    call keys%integer('modes', c%n_modes, 4, 'number of natural modes, the lowest ones', min=1, max=50)
+    call keys%integer('modes', c%n_modes, 4, 'number of natural modes, the lowest ones; 0: neither new modes nor a new '// &
+                      'record are ranked, which saves seconds', min=0, max=50)
     call keys%real('frequency_sd', c%frequency_sd, 0.005_rp, 'relative standard deviation of a frequency', above=0.0_rp, &
                    max=1.0_rp)
     call keys%real('damping_sd', c%damping_sd, 0.05_rp, 'relative standard deviation of a damping ratio', above=0.0_rp, &
