@@ -67,8 +67,8 @@ module diagnosis_motion_proposals
 
 contains
 
-  !> Makes the list of all measurements of motion for the wing at q. It is empty, with the reason, if nobody wants it, if the wing has
-  !> no mass, or if it cannot vibrate about a flat shape. On rank 0 alone.
+  !> Makes the list of all measurements of motion for the wing at q. It is empty, with the reason, if nobody wants it, if the wing
+  !> has no mass, or if it cannot vibrate about a flat shape. On rank 0 alone.
   subroutine proposer_init(self, s, q)
     class(motion_proposer_t), intent(inout), target :: self
     class(diagnosis_case_t), intent(in) :: s
