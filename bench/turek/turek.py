@@ -112,6 +112,8 @@ CASES = {
     "fsi2-96-short-thick": {**short(96), **EARLY},
     # The mask of the beam half as thick; its mass and stiffness remain.
     "fsi2-96-short-half": {**short(96, 2), **EARLY, "WingThickness": 0.01},
+    # The load extrapolated to the beam instead of taken two cells beside it.
+    "fsi2-96-short-near": {**short(96, 2), **EARLY, "load_extrapolated": "yes"},
     # The beam without thickness; the first one is the input file with another surface and no push.
     "fsi2-96-sheet": {"surface": "thin", "WingThickness": None, "CFL": 0.45, "iSaveVorticity": 0},
     **{f"fsi2-{n}-short-sheet": {**sheet(n), **EARLY} for n in GRIDS},
@@ -128,7 +130,8 @@ CASES = {
 def change(text, keys):
     """Returns the input file with other values; keys that it does not have are added to their section, and those without value
     are left out."""
-    homes = {"CFL_eta": "Time", "gravity": "Flexible_wing", "iDoBackup": "Saving", "surface": "Insects"}
+    homes = {"CFL_eta": "Time", "gravity": "Flexible_wing", "iDoBackup": "Saving", "surface": "Insects",
+             "load_extrapolated": "Flexible_wing"}
     for key, value in keys.items():
         if value is None:
             text = re.sub(rf"(?m)^{key} = .*\n", "", text)
