@@ -60,13 +60,13 @@ progress_interval = 300
 """
 
 
-def write(folder, re, stroke, beats, points, cells, is_drawn_in, box, spacing=2.0):
+def write(folder, re, stroke, beats, points, cells, is_drawn_in, box, spacing=2.0, inset=0.0):
     """Writes the files of a run: the place of the plate is A0/2 cos(2 pi f t), the angle of its chord 90 + 45 sin(2 pi f t)
-    degrees. `spacing` is the distance of markers in dx."""
+    degrees. `spacing` is the distance of markers in dx. The plate is shorter by `inset` dx at both ends."""
     folder.mkdir(parents=True, exist_ok=True)
     period, middle = math.pi * stroke, box / 2
     end = beats * period
-    half = 0.5 - (cells / points / 2 if is_drawn_in else 0)
+    half = 0.5 - (cells / 2 if is_drawn_in else inset) / points
     dt = STEP / points
     write_plate(folder, half, PITCH)
     write_stroke(folder, stroke, period, beats, middle, 400)

@@ -20,11 +20,12 @@ WINDOW = (0.15, 0.98)    # part of the beat: from after the start of the pitch t
 FINE = 64
 # Grids like that of 12 points, and the numbers of gaps between markers on the chord: they are 1.7 to 2.4 dx wide.
 NEAR = [(n, gaps) for n in range(10, 16) for gaps in range(5, 9) if 1.65 <= n / gaps <= 2.4]
+MARGIN = 0.37            # of a marker surface in a creeping flow, in dx (bench/plates/edge_margin.py)
 
 
 def cases():
     """Name: Re, stroke in chords, beats, points per chord, thickness of the mask in dx (0: none), whether its outline is moved
-    inward by half of the thickness, chords of the box, and the distance of markers in dx if it is not the program's."""
+    inward by half of the thickness, chords of the box, the distance of markers in dx if it is not the program's, and by how many dx the plate is shorter at both ends."""
     table = {}
     for re, grids, masks in ((100, (8, 12, 16, 24, 32, FINE), (8, 12, 16, 24, 32)),
                              (1000, (8, 12, 16, 24, 32, FINE), (12, 16, 24, 32))):
@@ -35,6 +36,8 @@ def cases():
             table[f"re{re}-drawn-in-{n}"] = (re, 2.0, 1, n, 4, True, 8)
     for n, gaps in NEAR:
         table[f"re100-thin-gaps{gaps}-{n}"] = (100, 2.0, 1, n, 0, False, 8, n / gaps)
+    for re, n, gaps in [(100, *near) for near in NEAR if near[0] / near[1] < 2.21] + [(100, 16, 8), (100, 24, 12), (1000, 16, 8), (1000, 24, 12)]:
+        table[f"re{re}-short-gaps{gaps}-{n}"] = (re, 2.0, 1, n, 0, False, 8, (n - 2 * MARGIN) / gaps, MARGIN)
     for n in (16, 32):
         table[f"re75-thin-{n}"] = (75, 2.8, 4, n, 0, False, 10)
     table["re75-thin-16-wide"] = (75, 2.8, 4, 16, 0, False, 20)
