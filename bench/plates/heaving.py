@@ -202,7 +202,7 @@ def draw(root, found, path):
             for sign in (1, -1):
                 left.axhline(sign * MEASURED[thickness, strouhal][0], color=colour, ls=":")
     left.set(xlabel="t/T", ylabel="pitch, degrees", title="dotted: measured amplitudes")
-    left.legend(fontsize=7)
+    left.legend(fontsize=7, loc="lower center")
     for rigidity, colour in zip((1.0, 3.0), COLOURS):
         names = [name for name in found if name.startswith(f"small-{rigidity:g}-")]
         if names:
