@@ -81,7 +81,7 @@ def test_steel(case):
     """Plates that were measured, on 32 points: the text has pitch amplitudes of 17 and 6 degrees and one below 1 degree. The page
     explains why the softest pitches by a fifth more."""
     found = numbers(case, "steel-0.56-0.56-32", "steel-1.41-0.56-32", "steel-4.23-0.56-32")
-    for name, measured, bound in (("steel-0.56-0.56-32", 17.0, 0.3), ("steel-1.41-0.56-32", 6.0, 0.15)):
+    for name, measured, bound in (("steel-0.56-0.56-32", 17.0, 0.25), ("steel-1.41-0.56-32", 6.0, 0.15)):
         near(found[name]["pitch"], measured, bound, f"pitch of {name}")
     check(found["steel-4.23-0.56-32"]["pitch"] < 1, f"the thick one is rigid: {found['steel-4.23-0.56-32']}")
 
