@@ -50,7 +50,7 @@ INPUT = {"Wing": {"E": "12.58e9", "D": "2.0e-7"}, "Measurement": {}, "Instrument
 # declared.
 LINES = {"bending": {}, "vibration": {"parameters": "E", "noise": "declared"}, "joint": {},
          "flight": {"noise": "declared"}}
-CPU_SECONDS = {"bending": (30, 0), "vibration": (15, 0), "joint": (30, 0), "flight": (30, 25)}  # of a case; and of an individual once
+CPU_SECONDS = {"bending": (30, 0), "vibration": (15, 0), "joint": (30, 0), "flight": (30, 30)}  # of a case; and of an individual once
 
 
 def ini_text(case, wing, measurement, more=None, kind="bending"):
@@ -122,7 +122,7 @@ class Diagnoses:
         with open(place / f"lock{who}", "w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             case = write_section(place / f"case{who}", stated)
-            yield {"Flight": {"file": case, "folder": place / f"of{who}", "beats": stated["beats"], "refine": "grid",
+            yield {"Flight": {"file": case, "folder": place / f"of{who}", "beats": stated["beats"], "refine": "grid, box",
                               "model_sd": FACTOR}}
 
     def once(self, number, facts, more=None):

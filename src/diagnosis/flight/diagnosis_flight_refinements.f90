@@ -1,17 +1,30 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Lists the numerical errors of a simulated flight, each of which one further flight makes smaller, and their names for users. A
-!> program that simulates flights makes them: diagnosis_flight_runner.
+!> Lists the numerical errors of a simulated flight, each of which one further flight makes smaller, by how much,
+!> and their names for users. A program that simulates flights makes them: diagnosis_flight_runner.
 module diagnosis_flight_refinements
+  use base_kinds, only: rp
   use base_named_kinds, only: kind_of, named_kind_t, word_of
   use base_text, only: next_word
   implicit none
   private
-  public :: refinement_name, refinement_names, read_refinements
+  public :: error_over_change, refinement_name, refinement_names, read_refinements
 
   !> The grid (and with it the step, if it is prescribed), the step alone, the permeability of the solids, the thickness of the
   !> wings, the size of the box, the thickness of the sponge, and the number of beats.
   integer, parameter, public :: REFINE_GRID = 1, REFINE_STEP = 2, REFINE_PENALTY = 3, REFINE_THICKNESS = 4, REFINE_BOX = 5, &
                                 REFINE_SPONGE = 6, REFINE_BEATS = 7, N_REFINEMENTS = 7, NOT_REFINED = 0
+
+  real(rp), parameter, public :: FINER = 1.5_rp    !< points in a length, or steps in a time
+  real(rp), parameter, public :: THINNER = 0.7_rp  !< of the thickness of the wings
+  real(rp), parameter, public :: TIGHTER = 0.5_rp  !< of the permeability
+  real(rp), parameter, public :: WIDER = 1.5_rp    !< of the box
+  integer, parameter, public :: THICKER = 2        !< of the sponge
+
+  !> What each refinement multiplies its error by, if the error has the order that the methods have: forces converge with the first
+  !> order in the distance of points and in the thickness, and with the second in the step of the flow; the layer in a permeable solid
+  !> is as thick as the root of the permeability (doi:10.1007/s002110050401); the flow of the images of a body falls with the
+  !> square of their distance. No order is known of the sponge and of the beats: 0 says that the refined flight has no such error.
+  real(rp), parameter :: LEFT(N_REFINEMENTS) = [1/FINER, 1/FINER**2, sqrt(TIGHTER), THINNER, 1/WIDER**2, 0._rp, 0._rp]
 
   integer, parameter :: EVERY = N_REFINEMENTS + 1, USUAL = N_REFINEMENTS + 2, NOTHING = N_REFINEMENTS + 3
   type(named_kind_t), parameter :: NAMES(N_REFINEMENTS + 3) = [ &
@@ -21,6 +34,12 @@ module diagnosis_flight_refinements
   logical, parameter :: IS_USUAL(N_REFINEMENTS) = [.true., .false., .true., .true., .true., .true., .true.]
 
 contains
+
+  !> Returns the error of the case over the change that refinement k makes: e/(e - q e), where q e is what the refinement leaves.
+  pure real(rp) function error_over_change(k)
+    integer, intent(in) :: k
+    error_over_change = 1/(1 - LEFT(k))
+  end function error_over_change
 
   !> Returns the name of a refinement.
   pure function refinement_name(k) result(name)

@@ -11,7 +11,7 @@ module diagnosis_wing_flight
                                         N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
-  use diagnosis_flight_refinements, only: N_REFINEMENTS
+  use diagnosis_flight_refinements, only: error_over_change, N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, N_PHASES
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
@@ -253,7 +253,7 @@ contains
     end do
   end function observed
 
-  !> Returns nuisances(n, n_nuisances) at q. They are the changes that refinements make, if they are known, in the order of their
+  !> Returns nuisances(n, n_nuisances) at q. They are the errors that refinements show, if they are known, in the order of their
   !> numbers, the effects of errors of one sd of the kinematics as far as records state them, then the errors of the axes of each
   !> camera, and the effect of an error of one sd of the simulation, first on all components of the force together, with the bending
   !> that landmarks see, then on each one alone and on that bending alone. Errors of the kinematics whose flights failed are not
@@ -271,7 +271,7 @@ contains
     do i = 1, N_REFINEMENTS
       if (.not. self%data%refined(i)) cycle
       last = last + 1
-      call self%show(without_additions(p), self%data%response%refined(:, :, i), nuisances(:, last))
+      call self%show(without_additions(p), error_over_change(i)*self%data%response%refined(:, :, i), nuisances(:, last))
     end do
     do j = 1, N_CHANGES
       if (.not. self%stated(j) > 0) cycle

@@ -55,6 +55,16 @@ class Visibility(unittest.TestCase):
     def setUpClass(cls):
         cls.individual = vibration.Individual(DESIGN, 3, 0)  # which remembers its oracles
 
+    def test_joints(self):
+        """The wing without hidden effects is one whose joints bend as its veins, on each mesh: it has the frequencies of a wing to
+        which no joint is stated."""
+        for mesh, base in self.individual.bases.items():
+            alike = replace(base, stiffness=replace(base.stiffness, E=DESIGN.stiffness.E))
+            bare = replace(alike, stiffness=replace(alike.stiffness, joints={}))
+            self.assertTrue(base.stiffness.joints)
+            for (hertz, _), (other, _) in zip(subjects.shown_modes(alike, mesh), subjects.shown_modes(bare, mesh)):
+                self.assertAlmostEqual(hertz / other, 1, delta=1e-9, msg=mesh)
+
     def test_ratio(self):
         """Of effects that are small it is that of a linear model, whose columns are made without the few modes of the oracle."""
         for rig, effects in (("modes", (vibration_effects.membrane_gradient, vibration_effects.vein_mass)),

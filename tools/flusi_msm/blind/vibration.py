@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from flusi_msm.bending.model import Model
 from flusi_msm.blind import vibration_subject as subjects
-from flusi_msm.blind.cases import CLOSE, DRAWS, next_strength, numbers
+from flusi_msm.blind.cases import CLOSE, DRAWS, MESHES, next_strength, numbers
 from flusi_msm.blind.effects import Effect
 from flusi_msm.blind.strata import Stratum
 from flusi_msm.blind.vibration_effects import menu
@@ -56,13 +55,13 @@ class Individual:
     def __init__(self, design: Case, seed: int, number: int) -> None:
         rng = numbers(seed, "vibration", number)
         s = design.stiffness
-        # E is fitted, and the joints are known from the input: they are those of the veins with its E. Other joints would be a
-        # hidden cause.
-        plain = Model(read_wing(design.wing), replace(s, joints={}))
-        joints = {h.joint: float(plain.hinge_stiffness(h)) for h in plain.hinge_plan if h.joint}
-        self.base = subjects.Subject(design.wing, replace(s, E=float(s.E * 10**rng.uniform(-0.1, 0.1)), joints={**joints, **s.joints}),
-                                     damping=series.Damping(rayleigh_mass=float(10**rng.uniform(1.8, 2.5))),
-                                     air_ratio=float(np.exp(0.2 * rng.standard_normal())))
+        stiffness = replace(s, E=float(s.E * 10**rng.uniform(-0.1, 0.1)))
+        base = subjects.Subject(design.wing, stiffness, damping=series.Damping(rayleigh_mass=float(10**rng.uniform(1.8, 2.5))),
+                                air_ratio=float(np.exp(0.2 * rng.standard_normal())))
+        # E is fitted, and the joints are known from the input: they are those of the veins with its E, on every mesh. Other joints
+        # would be a hidden cause.
+        self.bases = {mesh: replace(base, stiffness=replace(stiffness, joints={**subjects.vein_joints(base, s, mesh), **s.joints}))
+                      for mesh in MESHES}
         wing = read_wing(design.wing)
         free = np.setdiff1d(np.arange(len(wing.points)), list(wing.root))
         sites = np.sort(rng.choice(free, subjects.SITES, replace=False))
@@ -73,7 +72,7 @@ class Individual:
     def oracle(self, mesh: str, rig: str) -> Oracle:
         """Returns what computes how visible effects are, on a mesh with a rig."""
         if (mesh, rig) not in self.oracles:
-            self.oracles[mesh, rig] = Oracle(self.base, mesh, self.rigs[rig])
+            self.oracles[mesh, rig] = Oracle(self.bases, mesh, self.rigs[rig])
         return self.oracles[mesh, rig]
 
 
@@ -98,9 +97,9 @@ def fill_case(rng: np.random.Generator, seed: int, number: int, head: dict[str, 
               bounds: tuple[float, float]) -> tuple[Callable[[Path], None], dict[str, Any]]:
     """Returns (write, truth) of a case whose kind and individual are drawn; write(path) makes the measurement."""
     oracle = individual.oracle(head["mesh"], head["rig"])
-    subject, chosen = individual.base, None
+    subject, chosen = individual.bases[head["mesh"]], None
     if head["kind"] != "null":
-        chosen = draw_effect(rng, individual, oracle, head["kind"], snr, bounds)
+        chosen = draw_effect(rng, oracle, head["kind"], snr, bounds)
         subject = chosen[0].apply(subject, chosen[1])
     causes = [] if chosen is None else [
         {"name": chosen[0].name, "strength": float(chosen[1]), "snr": chosen[2], "is_known": chosen[0].is_known,
@@ -115,12 +114,12 @@ def fill_case(rng: np.random.Generator, seed: int, number: int, head: dict[str, 
     return write, truth
 
 
-def draw_effect(rng: np.random.Generator, individual: Individual, oracle: Oracle, kind: str, snr: tuple[float, float],
+def draw_effect(rng: np.random.Generator, oracle: Oracle, kind: str, snr: tuple[float, float],
                 bounds: tuple[float, float]) -> tuple[Effect, float, float]:
     """Draws an effect: returns (effect, strength, its signal-to-noise ratio)."""
-    wing, effects = read_wing(individual.base.wing), menu(kind, oracle.rig.has_record)
+    wing, effects = read_wing(oracle.base.wing), menu(kind, oracle.rig.has_record)
     for _ in range(DRAWS):
-        effect = effects[rng.integers(len(effects))](rng, wing, individual.base)
+        effect = effects[rng.integers(len(effects))](rng, wing, oracle.base)
         made = make_strong(oracle, effect, float(np.exp(rng.uniform(*np.log(snr)))), bounds)
         if made is not None:
             return effect, *made

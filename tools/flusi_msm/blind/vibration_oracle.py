@@ -91,9 +91,10 @@ class Ritz:
 
 
 class Oracle:
-    """Computes signal-to-noise ratios for one wing on one mesh in one kind of experiment."""
+    """Computes signal-to-noise ratios for one wing, `bases` by the names of meshes, on one mesh in one kind of experiment."""
 
-    def __init__(self, base: subjects.Subject, mesh: str, rig: Rig) -> None:
+    def __init__(self, bases: Mapping[str, subjects.Subject], mesh: str, rig: Rig) -> None:
+        base = bases[mesh]
         self.base, self.mesh, self.rig = base, mesh, rig
         self.air = Ritz(base, mesh, "air") if rig.has_modes else None
         self.still = Ritz(base, mesh, rig.medium) if rig.has_record else None
@@ -109,8 +110,8 @@ class Oracle:
             self.sd_record = rig.motion * np.abs(self.still.record({})[0]).max()
         self.band: np.ndarray | None = None
         if mesh != "same":
-            plain = Oracle(base, "same", rig)
-            self.band = self.residual(plain.show(base), {})
+            plain = Oracle(bases, "same", rig)
+            self.band = self.residual(plain.show(plain.base), {})
             self.names.append("band")
 
     def show(self, subject: subjects.Subject) -> Shown:

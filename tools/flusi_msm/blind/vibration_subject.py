@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flusi_msm.bending.mesh import refine
-from flusi_msm.bending.model import Stiffness
+from flusi_msm.bending.model import Model, Stiffness
 from flusi_msm.measurement import modes, series
 from flusi_msm.measurement.case import Hidden
 from flusi_msm.measurement.synthesis import soft_name, with_soft_places
@@ -56,6 +56,13 @@ def meshed(subject: Any, mesh: str) -> tuple[Wing, Wing | None, Stiffness]:
     fine = refine(wing)
     fine.mass = plain.mass
     return fine, wing, stiffness
+
+
+def vein_joints(subject: Any, stiffness: Stiffness, mesh: str) -> dict[str, float]:
+    """Returns the stiffness [N m/rad] of every joint that bends as the veins of this stiffness do on that mesh."""
+    wing, coarse, bare = meshed(replace(subject, stiffness=replace(stiffness, joints={})), mesh)
+    model = Model(wing, bare, float(np.mean(np.concatenate([d for _, d in (coarse or wing).veins.values()]))), 2.0 if coarse else 1.0)
+    return {h.joint: float(model.hinge_stiffness(h)) for h in model.hinge_plan if h.joint}
 
 
 def modes_case(subject: Any, stiffness: Stiffness, count: int = MODES) -> modes.Case:

@@ -3,8 +3,8 @@
 module diagnose_flight_refined
   use base_kinds, only: rp
   use base_text, only: number_text
-  use diagnosis_flight_refinements, only: NOT_REFINED, REFINE_BEATS, REFINE_BOX, REFINE_GRID, REFINE_PENALTY, REFINE_SPONGE, &
-                                          REFINE_STEP, REFINE_THICKNESS
+  use diagnosis_flight_refinements, only: FINER, NOT_REFINED, REFINE_BEATS, REFINE_BOX, REFINE_GRID, REFINE_PENALTY, &
+                                          REFINE_SPONGE, REFINE_STEP, REFINE_THICKNESS, THICKER, THINNER, TIGHTER, WIDER
   use fluid_solid_keys, only: CHANNEL_NONE
   use fluid_sponge_keys, only: sponge_faces
   use fsi_body_motion, only: MOTION_TETHERED
@@ -15,11 +15,6 @@ module diagnose_flight_refined
   private
   public :: flight_shift, flown_beats, refined_text, three, why_unrefined
 
-  real(rp), parameter :: FINER = 1.5_rp     !< points in a length, or steps in a time
-  real(rp), parameter :: THINNER = 0.7_rp   !< of the thickness of the wings
-  real(rp), parameter :: TIGHTER = 0.5_rp   !< of the permeability
-  real(rp), parameter :: WIDER = 1.5_rp     !< of the box
-  integer, parameter :: THICKER = 2         !< of the sponge
   character(*), parameter :: NL = new_line('a')
   character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz'], LENGTHS(3) = ['xl', 'yl', 'zl'], CENTRES(3) = ['x0', 'y0', 'z0']
 
