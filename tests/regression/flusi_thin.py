@@ -213,7 +213,7 @@ def test_power(case):
     ratio = float(re.search(r"the wings lose is (\S+) of the power that the flow receives", text).group(1))
     check(0.98 < ratio < 1.02, f"the power is balanced: {ratio}")
     check("should be equal" not in text, f"and the summary does not warn: {text}")
-    follows(case, 2 * FLIGHT["Insects"]["wing_ramp"])
+    follows(case, 3 * FLIGHT["Insects"]["wing_ramp"])  # until 2.2 ramps the wings swing back from their start
     rows = table(case, "slip.t")
     received = [row[4] for row in rows]
     for interval in (7, 10):

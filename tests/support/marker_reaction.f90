@@ -147,11 +147,12 @@ contains
 
   !> What surrounds the wing goes evenly from the markers' velocities when the step begins to `around`, and has the impulses of the
   !> parts before.
-  subroutine marker_begin_part(self, frame, u, v, parts, done)
+  subroutine marker_begin_part(self, frame, u, v, parts, done, ratio)
     class(marker_reaction_t), intent(inout) :: self
     type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: u(:, :), v(:, :)
+    real(rp), intent(in) :: u(:, :), v(:, :), ratio
     integer, intent(in) :: parts, done
+    call require(ratio >= 0, 'marker_reaction: a part has a length')
     self%parts = parts
     self%flow = self%around
     if (parts == 1) return

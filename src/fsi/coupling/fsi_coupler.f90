@@ -126,7 +126,7 @@ contains
         motion%is_mirrored = given%is_mirrored
         call self%wings(i)%init(world, params%model, mod(i - 1, world%size))
         call self%surfaces(i)%init(wings%surfaces(i))
-        call self%meters(i)%init(params%model)
+        call self%meters(i)%init(params%model, is_mean=self%is_thin)
         call self%states(i)%init(params%model, time*params%units%time)
         allocate (bent%u(3, params%model%n_points), source=0.0_rp)
         allocate (bent%v(3, params%model%n_points), source=0.0_rp)

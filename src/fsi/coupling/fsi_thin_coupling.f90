@@ -8,7 +8,7 @@
 !> markers on the new positions of the wings, until the positions no longer change; it samples the same flow again and needs no
 !> evaluation of the flow.
 !>
-!> The force is the mean over the step, but acts on the wing at its end; this is of first order in the step.
+!> The wing feels the force to second order in the step, the flow to first order: it gets the impulse of the step at its end.
 module fsi_thin_coupling
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -173,7 +173,7 @@ contains
         wing%work(:, m) = pose%vector_to_wing(thin%flow(:, wing%first + m - 1))
       end do
       if (wing%is_mirrored) call mirror_vectors(wing%work)
-      call wing%reaction%begin(wing%work, dt)
+      call wing%reaction%begin(wing%work, wing%last_force, dt)
     end associate
   end subroutine meet_flow
 
@@ -241,8 +241,12 @@ contains
     real(rp), intent(inout) :: force(:, :)
     integer :: m
     associate (wing => thin%wings(i), units => params%units)
-      if (wing%owner == thin%world%rank) wing%work = wing%reaction%on_flow
+      if (wing%is_owner) then
+        wing%work = wing%reaction%on_flow
+        wing%last_force = wing%reaction%last
+      end if
       call thin%broadcast(wing%work, wing%owner)
+      call thin%broadcast(wing%last_force, wing%owner)
       force = 0
       call wing%markers%spread(wing%work, force)
       force = -(units%mass*units%length/units%time**2)*force

@@ -4,8 +4,9 @@
 !>     T + U + Q = (T + U)(0) + W_hinge + W_load + W_weight
 !>
 !> with kinetic energy T, elastic energy U, the energy Q lost to damping, and the work of the weight and of the load under which
-!> the wing was advanced, sums of (F_n + F_(n+1))/2 . (x_(n+1) - x_n) over the points. The hinge moves the frame with V and omega.
-!> It supplies the missing part of the momentum p and of the angular momentum l about it:
+!> the wing was advanced, sums of F . (x_(n+1) - x_n) over the points. F is (F_n + F_(n+1))/2, or the mean load over the step if
+!> that is known. The hinge moves the frame with V and omega. It supplies the missing part of the momentum p and of the angular
+!> momentum l about it:
 !>
 !>     W_hinge = int (dp/dt - F - M g) . V + (dl/dt + V x p - m_F - m_g) . omega dt,
 !>
@@ -49,7 +50,7 @@ module fsi_wing_energy
     !> Along the axes of the wing file: displacements, elastic and viscoelastic forces, elastic forces alone, friction forces of
     !> joints.
     real(rp), allocatable :: u(:, :), g(:, :), elastic_force(:, :), joints(:, :)
-    real(rp), dimension(3) :: velocity, omega, momentum, spin, force, moment, weight, weight_moment
+    real(rp), dimension(3) :: hinge, velocity, omega, momentum, spin, force, moment, weight, weight_moment
     real(rp) :: kinetic = 0, elastic = 0
   end type snapshot_t
 
@@ -57,6 +58,7 @@ module fsi_wing_energy
   type :: energy_meter_t
     private
     type(snapshot_t) :: snapshots(2)
+    logical :: is_mean = .false. !< loads are means over steps
     integer :: last = 0 !< number of the record at the end of the last step; 0: no step yet
   contains
     procedure :: init => meter_init
@@ -90,10 +92,12 @@ contains
              self%weight_work
   end function energy_imbalance
 
-  !> Allocates the work space for this model.
-  subroutine meter_init(self, model)
+  !> Allocates the work space for this model, whose loads are those at the ends of steps, or means over steps if `is_mean`.
+  subroutine meter_init(self, model, is_mean)
     class(energy_meter_t), intent(out) :: self
     type(solid_model_t), intent(in) :: model
+    logical, intent(in) :: is_mean
+    self%is_mean = is_mean
     call make_room(self%snapshots(1))
     call make_room(self%snapshots(2))
 
@@ -143,6 +147,14 @@ contains
     energy%weight_power = 0
     energy%damping_power = 0
     associate (a => self%snapshots(self%last), b => self%snapshots(3 - self%last))
+      if (self%is_mean) then ! in the step before it was another one
+        a%load = b%load
+        a%force = b%force
+        a%moment = 0
+        do p = 1, model%n_points
+          a%moment = a%moment + cross(a%x(:, p) - a%hinge, a%load(:, p))
+        end do
+      end if
       do p = 1, model%n_points
         energy%load_power = energy%load_power + dot_product(a%load(:, p) + b%load(:, p), b%x(:, p) - a%x(:, p))/(2*h)
         energy%weight_power = energy%weight_power + inertia%mass(p)*dot_product(motion%gravity, b%x(:, p) - a%x(:, p))/h
@@ -195,6 +207,7 @@ contains
     s%spin = pose%vector_to_space(m%angular)
     s%weight = m%mass*motion%gravity
     s%weight_moment = cross(pose%vector_to_space(m%centre), s%weight)
+    s%hinge = motion%length*pose%hinge
     s%velocity = motion%length*motion%frequency*pose%hinge_velocity
     s%omega = motion%frequency*pose%vector_to_space(pose%omega)
     s%u = state%u
@@ -216,7 +229,7 @@ contains
       s%load(:, p) = pose%vector_to_space(push)
       s%force = s%force + s%load(:, p)
       s%moment = s%moment + cross(s%x(:, p), s%load(:, p))
-      s%x(:, p) = s%x(:, p) + motion%length*pose%hinge
+      s%x(:, p) = s%x(:, p) + s%hinge
     end do
   end subroutine observe
 end module fsi_wing_energy

@@ -11,13 +11,23 @@
 !> The last expression is the added mass divided by dt, plus a friction. The time step of the wing solves for v and F together
 !> (solid_reaction), so that light wings are as stable as heavy ones (Goza & Colonius 2017, DOI 10.1016/j.jcp.2017.02.027).
 !>
+!> F is the mean force over the step: the impulse that the flow gets, over dt. The load of BDF2 belongs to the end of the step. With
+!> the ratio r of this step to the one before, whose force was F_old, it is
+!>
+!>     f = -W^T [(1 + 2 r) F - r F_old]/(1 + r),
+!>
+!> the force at the end of the step to second order. These are the weights with which BDF2 makes a rate of the changes of v in both
+!> steps, so that in each step the momentum of the points changes by the impulse -dt W^T F. C gets the factor (1 + 2 r)/(1 + r).
+!> Implicit Euler has r = 0.
+!>
 !> If the wing makes the step in parts h, the flow at the markers goes from their velocities w at the beginning of the step to s
 !> evenly in time, and has the impulses of the parts before:
 !>
 !>     h M F_k = W v_k - (w + (s - w) t_k/dt) - sum over j < k of h_j M F_j = W v_k - W v_(k-1) - (s - w) h/dt.
 !>
 !> The sum over all parts is dt M F of one piece, with v of the end: the flow receives the impulses that the wing feels, and then
-!> follows the wing. If s were the flow of all parts, the first would have to take up all that the flow did by itself.
+!> follows the wing. If s were the flow of all parts, the first would have to take up all that the flow did by itself. F_old is the
+!> force of the part before.
 !>
 !> Mechanics in SI units, flow in L, T and rho; all components along the axes of the wing file.
 module fsi_flow_reaction
@@ -35,10 +45,12 @@ module fsi_flow_reaction
   type, extends(reaction_t) :: flow_reaction_t
     type(marker_response_t) :: response
     real(rp), allocatable :: on_flow(:, :)            !< (3, n) mean F of the step, of the parts that have ended, rho L^4/T^2
+    real(rp), allocatable :: last(:, :)               !< (3, n) F of the last part that has ended
     type(markers_t), private :: markers
     real(rp), private :: speed = 1, newton = 1        !< [m/s] of L/T, [N] of rho L^4/T^2
     real(rp), private :: dt = 1, h = 1                !< [T] of the step and of its present part
     integer, private :: parts = 1, done = 0           !< into which the step is divided at present, and how many are over
+    real(rp), private :: weight = 1, old_weight = 0   !< of F and of `last` in the load
     real(rp), allocatable, private :: points(:, :)    !< (3, n_all) [m] unloaded
     real(rp), allocatable, private :: flow(:, :)      !< (3, n) s, L/T
     real(rp), allocatable, private :: begun(:, :)     !< (3, n) w, L/T
@@ -72,7 +84,8 @@ contains
     self%speed = units%length/units%time
     self%newton = units%mass*units%length/units%time**2
     allocate (self%on_flow(3, markers%n), self%flow(3, markers%n), self%begun(3, markers%n), self%around(3, markers%n), &
-              self%exerted(3, markers%n), self%velocity(3, markers%n), self%work(3, markers%n), source=0.0_rp)
+              self%exerted(3, markers%n), self%velocity(3, markers%n), self%work(3, markers%n), self%last(3, markers%n), &
+              source=0.0_rp)
     allocate (self%moved(3, size(points, 2)), self%blocks(3, 3, size(points, 2)), source=0.0_rp)
   end subroutine reaction_init
 
@@ -120,12 +133,15 @@ contains
   end function diagonal
 
   !> Begins a time step dt [T] in one piece, at whose end the flow without the wing has the velocities flow(3, n) [L/T] at the
-  !> markers.
-  subroutine reaction_begin(self, flow, dt)
+  !> markers. last(3, n) is `last` at the end of the step before.
+  subroutine reaction_begin(self, flow, last, dt)
     class(flow_reaction_t), intent(inout) :: self
-    real(rp), intent(in) :: flow(:, :), dt
+    real(rp), intent(in) :: flow(:, :), last(:, :), dt
     self%flow = flow
     self%around = flow
+    self%last = last
+    self%weight = 1
+    self%old_weight = 0
     self%dt = dt
     self%h = dt
     self%parts = 1
@@ -133,14 +149,16 @@ contains
   end subroutine reaction_begin
 
   !> Begins a part of the step; see reaction_t.
-  subroutine reaction_begin_part(self, frame, u, v, parts, done)
+  subroutine reaction_begin_part(self, frame, u, v, parts, done, ratio)
     class(flow_reaction_t), intent(inout) :: self
     type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: u(:, :), v(:, :)
+    real(rp), intent(in) :: u(:, :), v(:, :), ratio
     integer, intent(in) :: parts, done
     self%parts = parts
     self%done = done
     self%h = self%dt/parts
+    self%old_weight = ratio/(1 + ratio)
+    self%weight = 1 + self%old_weight
     if (parts == 1) then
       self%around = self%flow
       return
@@ -155,6 +173,7 @@ contains
     class(flow_reaction_t), intent(inout) :: self
     if (self%done == 0) self%on_flow = 0
     self%on_flow = self%on_flow + self%exerted/self%parts
+    self%last = self%exerted
   end subroutine reaction_end_part
 
   !> Sets `velocity` to the velocities of the markers in space [L/T] for points at displacements u [m] with velocities v [m/s].
@@ -178,8 +197,9 @@ contains
     call find_velocities(self, frame, u, v)
     self%velocity = (self%velocity - self%around)/self%h
     call self%response%solve(self%velocity, self%exerted)
+    self%work = self%weight*self%exerted - self%old_weight*self%last
     f = 0
-    call self%markers%spread(self%exerted, f)
+    call self%markers%spread(self%work, f)
     f = -self%newton*f
   end subroutine reaction_force
 
@@ -189,7 +209,7 @@ contains
     real(rp), intent(in) :: x(:, :)
     real(rp), intent(inout) :: y(:, :)
     call self%markers%positions(x, self%velocity)
-    self%velocity = (self%newton/(self%speed*self%h))*self%velocity
+    self%velocity = (self%weight*self%newton/(self%speed*self%h))*self%velocity
     call self%response%solve(self%velocity, self%work)
     call self%markers%spread(self%work, y)
   end subroutine reaction_tangent
@@ -198,6 +218,6 @@ contains
   subroutine reaction_block_diagonal(self, d)
     class(flow_reaction_t), intent(inout) :: self
     real(rp), intent(inout) :: d(:, :, :)
-    d = (self%newton/(self%speed*self%h))*self%blocks
+    d = (self%weight*self%newton/(self%speed*self%h))*self%blocks
   end subroutine reaction_block_diagonal
 end module fsi_flow_reaction

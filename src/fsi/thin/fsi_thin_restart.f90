@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Saves and loads the part of a checkpoint that belongs to wings without thickness: the forces of their markers and the loads
-!> in the last step, which the records at its end need, and the shapes for which the response of the flow was made.
+!> Saves and loads the part of a checkpoint that belongs to wings without thickness: the forces and velocities of their markers and
+!> the loads in the last step, which the next step and the records need, and the shapes for which the response of the flow was made.
 module fsi_thin_restart
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_visitor, only: visitor_t
   use fsi_flapping_wings, only: flapping_wings_t
+  use fsi_thin_wing, only: thin_wing_t
   use fsi_thin_wings, only: thin_wings_t
+  use fsi_wing_mirror, only: mirror_vectors
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
   implicit none
@@ -16,7 +18,7 @@ module fsi_thin_restart
 
   character(*), parameter :: PREFIX = 'marker_'
   character(*), parameter :: EARLIER = 'marker_slip' !< a table that only earlier versions write
-  character(*), parameter :: LATEST = 'marker_slip_lost' !< a number that earlier versions do not write
+  character(*), parameter :: LATEST = 'marker_velocities' !< numbers that earlier versions do not write
 
 contains
 
@@ -28,10 +30,22 @@ contains
     type(checkpoint_saver_t) :: saver
     integer :: i
     call writer%put_reals('marker_forces', [thin%force])
+    call writer%put_reals('marker_velocities', [thin%u_before])
     call writer%put_reals('marker_shape', [(thin%wings(i)%shape, i=1, size(thin%wings))])
+    call writer%put_reals('marker_last_forces', [(along_frame(thin%wings(i)), i=1, size(thin%wings))])
     call saver%begin(writer, PREFIX)
     call visit_step(saver, wings, thin)
   end subroutine save_thin_wings
+
+  !> Returns the last forces of a wing along its frame (3, n), or, with `given` forces along the frame, along the axes of its file.
+  pure function along_frame(wing, given) result(force)
+    type(thin_wing_t), intent(in) :: wing
+    real(rp), intent(in), optional :: given(:)
+    real(rp) :: force(3, wing%markers%n)
+    force = wing%last_force
+    if (present(given)) force = reshape(given, shape(force))
+    if (wing%is_mirrored) call mirror_vectors(force)
+  end function along_frame
 
   !> Shows the slip and the loads of the last step to the visitor.
   subroutine visit_step(visitor, wings, thin)
@@ -71,11 +85,22 @@ contains
       return
     end if
     thin%force = reshape(numbers, shape(thin%force))
+    call reader%get_reals('marker_velocities', numbers, failure)
+    if (failure%failed) return
+    thin%u_before = reshape(numbers, shape(thin%u))
+    thin%u = thin%u_before
     call reader%get_reals('marker_shape', numbers, failure)
     if (failure%failed) return
     do i = 1, size(thin%wings)
       associate (wing => thin%wings(i))
         wing%shape = reshape(numbers(3*wing%first - 2:3*wing%last), shape(wing%shape))
+      end associate
+    end do
+    call reader%get_reals('marker_last_forces', numbers, failure)
+    if (failure%failed) return
+    do i = 1, size(thin%wings)
+      associate (wing => thin%wings(i))
+        wing%last_force = along_frame(wing, numbers(3*wing%first - 2:3*wing%last))
       end associate
     end do
     call thin%rebuild_responses([(.true., i=1, size(thin%wings))], has_factor)

@@ -25,6 +25,8 @@ module fsi_thin_wing
     real(rp), allocatable :: flat(:, :)  !< (3, n) markers of the unloaded wing, in its frame, L
     real(rp), allocatable :: bent(:, :)  !< (3, n) their displacements in this frame when they sampled the flow, L
     real(rp), allocatable :: work(:, :)  !< (3, n)
+    !> (3, n) force on the flow in the last step, or in its last part, along the axes of the wing file, rho L^4/T^2
+    real(rp), allocatable :: last_force(:, :)
   contains
     procedure :: init => wing_init
     procedure :: hold_response => wing_hold_response
@@ -47,7 +49,7 @@ contains
     self%first = n_before + 1
     self%last = n_before + self%markers%n
     allocate (self%shape(3, self%markers%n), self%flat(3, self%markers%n), self%bent(3, self%markers%n), &
-              self%work(3, self%markers%n), source=0.0_rp)
+              self%work(3, self%markers%n), self%last_force(3, self%markers%n), source=0.0_rp)
     call self%markers%positions(points, self%flat)
     self%shape = self%flat
   end subroutine wing_init

@@ -22,13 +22,13 @@ module fsi_thin_wings
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_process, only: wall_seconds
-  use base_visitor, only: visited_t, visitor_t
   use fluid_solver, only: fluid_t
   use fsi_flapping_wings, only: flapping_wings_t
   use fsi_green, only: green_t
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_rotation, only: cross
   use fsi_surface_load, only: total_load
+  use fsi_thin_slip, only: slip_t
   use fsi_thin_wing, only: form_group, thin_wing_t
   use fsi_wing_pairs, only: wing_pairs_t
   use io_units, only: unit_scales_t
@@ -36,19 +36,6 @@ module fsi_thin_wings
   implicit none
   private
   public :: thin_wings_t
-
-  !> Slip of the flow relative to the wings after a step, L/T, and the power that the flow receives.
-  type, extends(visited_t) :: slip_t
-    real(rp) :: before = 0   !< largest |U - I u*|, before the forces act
-    real(rp) :: after = 0    !< largest |U - I u(n+1)|
-    real(rp) :: speed = 0    !< largest |U|
-    logical :: is_measured = .false. !< `after`, `received` and `lost` are of the last step; otherwise of an earlier one
-    real(rp) :: received = 0, lost = 0 !< rho L^5/T^3 power of the forces with the flow after the step, and with the markers
-    integer :: iterations = 0 !< iterations for the forces of several rigid wings together
-    real(rp) :: left = 0      !< share of the earlier slip that the last iteration left
-  contains
-    procedure :: visit => slip_visit
-  end type slip_t
 
   !> Wall time of this rank so far.
   type :: thin_seconds_t
@@ -60,7 +47,8 @@ module fsi_thin_wings
   type :: thin_wings_t
     type(thin_wing_t), allocatable :: wings(:)
     real(rp), allocatable :: x(:, :), u(:, :)  !< (3, all markers) places [L] and velocities [L/T], in space
-    real(rp), allocatable :: force(:, :)       !< (3, all markers) on the fluid, of the last step, rho L^4/T^2
+    real(rp), allocatable :: u_before(:, :)    !< (3, all markers) `u` of the step before; at rest before the first
+    real(rp), allocatable :: force(:, :)       !< (3, all markers) on the fluid, mean of the last step, rho L^4/T^2
     real(rp), allocatable :: flow(:, :)        !< (3, all markers) velocities of the flow there, and `shift`, L/T
     real(rp), allocatable, private :: body_fraction(:) !< (all markers) chi of the body there
     real(rp), allocatable, private :: shift(:, :)     !< (3, all markers) chi (U - U_body), L/T
@@ -88,20 +76,6 @@ module fsi_thin_wings
 
 contains
 
-  !> Shows every component to the visitor.
-  subroutine slip_visit(self, visitor)
-    class(slip_t), intent(inout) :: self
-    class(visitor_t), intent(inout) :: visitor
-    call visitor%visit('before', self%before)
-    call visitor%visit('after', self%after)
-    call visitor%visit('speed', self%speed)
-    call visitor%visit('is_measured', self%is_measured)
-    call visitor%visit('received', self%received)
-    call visitor%visit('lost', self%lost)
-    call visitor%visit('iterations', self%iterations)
-    call visitor%visit('left', self%left)
-  end subroutine slip_visit
-
   !> Puts markers on the unloaded wings and prepares the fluid for them. Fails if markers are too close. Collective.
   subroutine thin_init(self, world, wings, fluid, failure)
     class(thin_wings_t), intent(inout) :: self
@@ -125,7 +99,7 @@ contains
       end associate
     end do
     allocate (self%body_fraction(n), self%shift(3, n), self%body_speed(3, n), self%wanted(3, n), source=0.0_rp)
-    allocate (self%x(3, n), self%u(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
+    allocate (self%x(3, n), self%u(3, n), self%u_before(3, n), self%force(3, n), self%flow(3, n), source=0.0_rp)
     call fluid%hold_points(n)
     call init_responses(self, fluid)
     call form_group(world, self%wings%last - self%wings%first + 1, wings%params%thin%sharing, self%is_shared, self%group)
@@ -238,7 +212,8 @@ contains
   end subroutine find_body_fractions
 
   !> Applies `force` to the flow that was sampled at the markers, which move with `u`. Sets `slip`, which is measured when it is
-  !> due, and the loads of the markers, which `wings` hold. `poses` are those of the wings at the end of the step. Collective.
+  !> due, and the loads of the markers, which `wings` hold; powers are those of the mean velocities of the step. `poses` are those
+  !> of the wings at the end of the step. Collective.
   subroutine thin_apply_forces(self, fluid, wings, poses)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -251,23 +226,24 @@ contains
     self%slip%before = largest(self%u - self%flow)
     self%slip%speed = largest(self%u)
     call fluid%push_at_points(self%force)
-    self%slip%is_measured = mod(fluid%rhs%state%step, wings%params%thin%slip_interval) == 0
-    if (self%slip%is_measured) then
-      call fluid%velocities_at_points(self%flow)
-      self%slip%received = sum(self%force*self%flow)
-      self%slip%lost = sum(self%force*(self%u - self%shift))
-      self%flow = self%flow + self%shift
-      self%slip%after = largest(self%u - self%flow)
-    end if
     do i = 1, size(self%wings)
       associate (a => self%wings(i)%first, z => self%wings(i)%last)
         wings%marker_loads(i) = total_load(-spread(1 - self%body_fraction(a:z), 1, 3)*self%force(:, a:z), self%x(:, a:z), &
-                                           self%u(:, a:z), poses(i)%hinge)
+                                           (self%u_before(:, a:z) + self%u(:, a:z))/2, poses(i)%hinge)
       end associate
     end do
     body = wings%motion%at(fluid%rhs%state%time, wings%params%body)
     if (wings%has_body()) wings%marker_loads(size(poses) + 1) = &
       total_load(-spread(self%body_fraction, 1, 3)*self%force, self%x, self%body_speed, body%centre)
+    self%u_before = self%u
+    self%slip%is_measured = mod(fluid%rhs%state%step, wings%params%thin%slip_interval) == 0
+    if (self%slip%is_measured) then
+      call fluid%velocities_at_points(self%flow)
+      self%flow = self%flow + self%shift
+      self%slip%after = largest(self%u - self%flow)
+      self%slip%lost = sum(wings%marker_loads%power)
+      self%slip%received = self%slip%lost - sum(self%force*(self%u - self%flow))
+    end if
     self%seconds%forces = self%seconds%forces + wall_seconds() - begun
   end subroutine thin_apply_forces
 

@@ -6,7 +6,7 @@ module solid_dynamic_state
   use solid_model, only: solid_model_t
   implicit none
   private
-  public :: copy_state, dynamic_state_t
+  public :: copy_state, dynamic_state_t, step_ratio
 
   !> Data that a restart needs. All arrays are (3, n_all).
   type, extends(visited_t) :: dynamic_state_t
@@ -56,6 +56,17 @@ contains
     call visitor%visit('old_g', self%old_g)
     call visitor%visit('a', self%a)
   end subroutine state_visit
+
+  !> Returns the ratio of the step h [s] from this state to the one that led to it, for BDF2. It is 0 if implicit Euler makes the
+  !> step: the first one, and one so long that BDF2 would not be stable.
+  pure real(rp) function step_ratio(state, h) result(r)
+    type(dynamic_state_t), intent(in) :: state
+    real(rp), intent(in) :: h
+    real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
+    r = 0
+    if (state%old_step > 0) r = h/state%old_step
+    if (r > LARGEST_RATIO) r = 0
+  end function step_ratio
 
   !> Copies a state to another one of the same wing. Allocates nothing.
   subroutine copy_state(from, to)

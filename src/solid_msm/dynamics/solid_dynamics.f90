@@ -12,7 +12,7 @@ module solid_dynamics
   use base_kinds, only: rp
   use base_text, only: number_text
   use solid_dynamic_solve, only: dynamic_solver_t
-  use solid_dynamic_state, only: copy_state, dynamic_state_t
+  use solid_dynamic_state, only: copy_state, dynamic_state_t, step_ratio
   use solid_extension, only: extension_axial
   use solid_inertia, only: inertia_t, add_inertia_forces
   use solid_model, only: solid_model_t
@@ -123,8 +123,8 @@ contains
     now%factorisations = options%factorisations - self%n_before
     do
       part = dt/2**halvings
-      if (present(reaction)) &
-        call reaction%begin_part(motion%at(self%saved%time + done*part), state%u, state%v, 2**halvings, done)
+      if (present(reaction)) call reaction%begin_part(motion%at(self%saved%time + done*part), state%u, state%v, 2**halvings, &
+                                                      done, step_ratio(state, part))
       self%frame = motion%at(self%saved%time + (done + 1)*part)
       call begin_piece(self, model, inertia, part, state)
       if (present(guess) .and. halvings == 0) self%u = guess
@@ -188,11 +188,8 @@ contains
     type(inertia_t), intent(in) :: inertia
     real(rp), intent(in) :: h
     type(dynamic_state_t), intent(in) :: state
-    real(rp), parameter :: LARGEST_RATIO = 2.4_rp ! variable-step BDF2 is stable below 1 + sqrt 2
     real(rp) :: r, c1, c2
-    r = 0
-    if (state%old_step > 0) r = h/state%old_step
-    if (r > LARGEST_RATIO) r = 0
+    r = step_ratio(state, h)
     c1 = (1 + r)**2/(1 + 2*r)
     c2 = r**2/(1 + 2*r)
     self%q = (1 + 2*r)/((1 + r)*h)

@@ -26,13 +26,14 @@ module solid_reaction
 
   abstract interface
     !> Begins one of `parts` equal parts of the step, of which `done` are over; parts = 1, done = 0 is the step in one piece. At the
-    !> beginning of this part the wing has the displacements u [m] and the velocities v [m/s] in `frame`. A part that fails
-    !> begins again with `parts` and `done` doubled.
-    subroutine reaction_begin_part(self, frame, u, v, parts, done)
+    !> beginning of this part the wing has the displacements u [m] and the velocities v [m/s] in `frame`. `ratio` is the length of
+    !> this part over that of the one before, as BDF2 uses it; 0 if implicit Euler makes this part. A part that fails begins again
+    !> with `parts` and `done` doubled.
+    subroutine reaction_begin_part(self, frame, u, v, parts, done, ratio)
       import :: reaction_t, frame_t, rp
       class(reaction_t), intent(inout) :: self
       type(frame_t), intent(in) :: frame
-      real(rp), intent(in) :: u(:, :), v(:, :)
+      real(rp), intent(in) :: u(:, :), v(:, :), ratio
       integer, intent(in) :: parts, done
     end subroutine reaction_begin_part
 

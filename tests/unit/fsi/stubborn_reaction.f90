@@ -14,8 +14,10 @@ module stubborn_reaction
   type, extends(flow_reaction_t) :: stubborn_reaction_t
     integer :: least = 1
     logical :: splits_later = .false.
-    real(rp), allocatable :: felt(:, :)          !< (3, n_all) [N] mean over the step of what the wing has felt
-    real(rp), allocatable, private :: last(:, :) !< (3, n_all) [N] last load
+    real(rp), allocatable :: felt(:, :)          !< (3, n_all) [N] mean force of the step, as the loads on the wing imply it
+    real(rp), allocatable, private :: load(:, :) !< (3, n_all) [N] last load
+    real(rp), allocatable, private :: force_before(:, :) !< (3, n_all) [N] mean force of the last part that has ended
+    real(rp), private :: r = 0
     integer, private :: n = 1, k = 0
   contains
     procedure :: begin_part => stubborn_begin_part
@@ -32,21 +34,25 @@ module stubborn_reaction
 
 contains
 
-  subroutine stubborn_begin_part(self, frame, u, v, parts, done)
+  subroutine stubborn_begin_part(self, frame, u, v, parts, done, ratio)
     class(stubborn_reaction_t), intent(inout) :: self
     type(frame_t), intent(in) :: frame
-    real(rp), intent(in) :: u(:, :), v(:, :)
+    real(rp), intent(in) :: u(:, :), v(:, :), ratio
     integer, intent(in) :: parts, done
-    call self%flow_reaction_t%begin_part(frame, u, v, parts, done)
+    call self%flow_reaction_t%begin_part(frame, u, v, parts, done, ratio)
     self%n = parts
     self%k = done
+    self%r = ratio
     if (done == 0) self%felt = 0*u
+    if (.not. allocated(self%force_before)) self%force_before = 0*u
   end subroutine stubborn_begin_part
 
+  !> The load is ((1 + 2 r) F - r F_before)/(1 + r).
   subroutine stubborn_end_part(self)
     class(stubborn_reaction_t), intent(inout) :: self
     call self%flow_reaction_t%end_part()
-    self%felt = self%felt + self%last/self%n
+    self%force_before = ((1 + self%r)*self%load + self%r*self%force_before)/(1 + 2*self%r)
+    self%felt = self%felt + self%force_before/self%n
   end subroutine stubborn_end_part
 
   subroutine stubborn_force(self, frame, u, v, f)
@@ -55,7 +61,7 @@ contains
     real(rp), intent(in) :: u(:, :), v(:, :)
     real(rp), intent(inout) :: f(:, :)
     call self%flow_reaction_t%force(frame, u, v, f)
-    self%last = f
+    self%load = f
     if (self%n < self%least .or. self%splits_later .and. self%n == 2 .and. self%k == 1) f = ieee_value(f, ieee_quiet_nan)
   end subroutine stubborn_force
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A flexible wing without thickness in the flow: without density it is the wing alone, very stiff it is the rigid one,
-!> light it flies; what it loses the flow receives; both couplings agree; the errors of motion and power fall with the step, and
-!> parts of steps hardly change the motion; its place on the grid hardly matters.
+!> light it flies; what it loses the flow receives; both couplings agree; the errors of motion, force and energies fall with the
+!> step, and parts of steps hardly change the motion; its place on the grid hardly matters.
 program test_thin_coupling
   use base_errors, only: failure_t
   use base_kinds, only: rp
@@ -212,21 +212,23 @@ contains
     call t%world%sum_reals(mean)
   end function mean_flow
 
-  !> Motion and powers converge with the step. Powers do so in first order: with forces F that change the flow at the markers by
-  !> dV in the step, the flow gains (F, V - dV/2) dt, where the wing loses (F, V) dt. The strong coupling, which moves the markers
-  !> to where the wing is found, changes the motion by far less than half the step does.
+  !> Motion and the balance of the wing converge with the square of the step; the wing has not begun to vibrate faster than steps
+  !> resolve. The flow gets the impulse of a step at its end: of the work dt F.V of the wing it gains dt F.(V + D/2), where D is how
+  !> much the flow has changed at the markers in this step by itself. This, and its part of the force, is of first order, but
+  !> small. The strong coupling, which moves the markers to where the wing is found, changes the motion by far less than half the
+  !> step does.
   subroutine steps()
-    real(rp), parameter :: T_END = 0.16_rp, DT(3) = [0.01_rp, 0.005_rp, 0.0025_rp]
+    real(rp), parameter :: T_END = 0.1_rp, DT(3) = [0.005_rp, 0.0025_rp, 0.00125_rp]
     type(flight_t), allocatable :: f
     real(rp), allocatable :: u(:, :, :)
-    real(rp) :: order, strong, errors(4, 0:3)
+    real(rp) :: strong, errors(4, 0:3), forces(3, 0:3), orders(4)
     integer :: i
     do i = 0, 3
       allocate (f)
       f%dt = DT(max(i, 1))
       f%params%tolerance = 1.0e-9_rp
       call prepare(f, merge(COUPLING_STRONG, COUPLING_WEAK, i == 0))
-      call fly_with_energies(f, T_END, errors(:, i))
+      call fly_with_energies(f, T_END, errors(:, i), forces(:, i))
       call t%check('the flight succeeds',.not. f%failure%failed)
       if (i == 0) call t%check('the strong coupling repeats steps', f%coupler%report%total > f%coupler%report%steps)
       if (.not. allocated(u)) allocate (u(3, size(f%coupler%states(1)%u, 2), 0:3))
@@ -234,18 +236,24 @@ contains
       call f%free()
       deallocate (f)
     end do
-    order = log(norm2(u(:, :, 2) - u(:, :, 1))/norm2(u(:, :, 3) - u(:, :, 2)))/log(2.0_rp)
+    orders = log(abs([norm2(u(:, :, 2) - u(:, :, 1))/norm2(u(:, :, 3) - u(:, :, 2)), &
+                      norm2(forces(:, 2) - forces(:, 1))/norm2(forces(:, 3) - forces(:, 2)), &
+                      errors(3, 2)/errors(3, 3), errors(2, 2)/errors(2, 3)]))/log(2.0_rp)
     strong = norm2(u(:, :, 1) - u(:, :, 0))/norm2(u(:, :, 2) - u(:, :, 1))
-    print '(a,f6.2,es10.2)', 'order, strong', order, strong
+    print '(a,4f6.2,es10.2)', 'orders of motion, force, balance, gain; strong', orders, strong
+    print '(a,3es10.2)', 'differences of motion and force', norm2(u(:, :, 3) - u(:, :, 2))/norm2(u(:, :, 3)), &
+      norm2(forces(:, 3) - forces(:, 2))/norm2(forces(:, 3))
     print '(a,4(/,4es10.2))', 'errors of powers and energies', errors
-    call t%check_below('the error falls in proportion to the step', 0.8_rp, order)
+    call t%check_below('the error of the motion falls with the square of the step', 1.7_rp, orders(1))
+    call t%check_below('so does that of the balance of the wing', 1.6_rp, orders(3))
+    call t%check_below('that of the force falls with the step', 0.9_rp, orders(2))
+    ! A mean that is taken for the force at the end of a step of T/800 has 2 %: the force grows by a factor of e in 0.03 T.
+    call t%check_below('and is small', norm2(forces(:, 3) - forces(:, 2)), 0.006_rp*norm2(forces(:, 3)))
     call t%check_below('the strong coupling changes far less than the step does', strong, 0.02_rp)
     call t%check_below('the flow receives the power that the wing loses but for the slip', maxval(abs(errors(1, :))), 2.0e-3_rp)
-    ! A half in the limit.
-    call t%check_below('the gain of the flow goes to the loss of the wing', abs(errors(2, 3)), 0.65_rp*abs(errors(2, 2)))
-    call t%check_below('in every halving of the step', abs(errors(2, 2)), 0.65_rp*abs(errors(2, 1)))
-    call t%check_below('so does the balance of the wing', abs(errors(3, 3)), 0.6_rp*abs(errors(3, 2)))
-    call t%check_below('and what the hinge gives is in wing and flow', abs(errors(4, 3)), 0.75_rp*abs(errors(4, 2)))
+    call t%check_below('the gain of the flow goes to the loss of the wing', 0.8_rp, orders(4))
+    call t%check_below('and has a small error', abs(errors(2, 2)), 0.01_rp)
+    call t%check_below('what the hinge gives is in wing and flow', abs(errors(4, 3)), 0.6_rp*abs(errors(4, 2)))
   end subroutine steps
 
   !> Newton's method that may take one iteration makes most steps in parts. If wing and flow then exchange the same impulse, the
@@ -282,17 +290,20 @@ contains
 
   !> Flies to `t_end`. Returns errors of powers and energies, in parts of the work of the wing on the flow: work that the flow
   !> receives at its velocities after the steps; kinetic energy that it gains by the forces; imbalance of the wing's own energy;
-  !> imbalance of wing and flow together: the energy that the hinge gives and that neither of them receives.
-  subroutine fly_with_energies(f, t_end, errors)
+  !> imbalance of wing and flow together: the energy that the hinge gives and that neither of them receives. `force` is that on the
+  !> wing at the end of the last step, from the means of the last two steps.
+  subroutine fly_with_energies(f, t_end, errors, force)
     type(flight_t), intent(inout) :: f
     real(rp), intent(in) :: t_end
-    real(rp), intent(out) :: errors(4)
+    real(rp), intent(out) :: errors(4), force(3)
     type(request_t) :: nothing
+    real(rp) :: means(3, 2)
     real(rp) :: lost, received, gained, joule
     lost = 0
     received = 0
     gained = 0
     errors = huge(1.0_rp)
+    means = 0
     f%wings%params%thin%slip_interval = 1
     do while (f%fluid%rhs%state%time < t_end - f%dt/2)
       call f%fluid%step(nothing, f%failure, f%wings)
@@ -303,7 +314,9 @@ contains
       gained = gained + flow_energy(f)
       lost = lost + f%dt*f%wings%marker_loads(1)%power
       received = received + f%dt*f%thin%slip%received
+      means = reshape([means(:, 2), f%wings%marker_loads(1)%force], [3, 2])
     end do
+    force = 1.5_rp*means(:, 2) - 0.5_rp*means(:, 1)
     associate (units => f%params%units, wing => f%coupler%energies(1))
       joule = units%mass*(units%length/units%time)**2
       errors = [received - lost, gained - lost, wing%imbalance()/joule, &
