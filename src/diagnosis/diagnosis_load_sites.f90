@@ -48,6 +48,8 @@ module diagnosis_load_sites
     type(evaluation_work_t), private :: work
     type(wing_parameter_t), allocatable, private :: parameters(:)
     real(rp), allocatable, private :: q(:)
+    real(rp), allocatable, private :: shapes(:, :, :) !< (3, n_all, n) [m] of loads that were applied
+    logical, allocatable, private :: is_start(:)      !< (n) the next solution of this load may begin at its shape
   contains
     procedure :: begin => trial_begin
     procedure :: apply => trial_apply
@@ -96,10 +98,12 @@ contains
     self%parameters = s%catalogue%parameters
     self%q = q
     self%n = size(self%m%loads)
+    allocate (self%shapes(3, self%fit_case%experiment%model%n_all, self%n), source=0.0_rp)
+    allocate (self%is_start(self%n), source=.false.)
   end subroutine trial_begin
 
   !> Applies load l, and computes in `one` its normal matrix of the parameters `columns`. `ok` is false if the wing does not carry
-  !> the load.
+  !> the load. A load that is applied again takes less time.
   subroutine trial_apply(self, noise, l, columns, one, ok)
     class(trial_t), intent(inout) :: self
     type(noise_model_t), intent(in) :: noise
@@ -117,6 +121,7 @@ contains
   subroutine trial_end(self)
     class(trial_t), intent(inout) :: self
     if (self%n > 0) call self%work%free()
+    if (allocated(self%shapes)) deallocate (self%shapes, self%is_start)
     self%n = 0
   end subroutine trial_end
 
@@ -185,13 +190,14 @@ contains
     real(rp), allocatable, intent(out) :: normal(:, :)
     logical, intent(out) :: ok
     type(evaluation_t) :: evaluation
-    real(rp) :: u(3, self%fit_case%experiment%model%n_all), sd(N_NUISANCES)
+    real(rp) :: sd(N_NUISANCES)
     real(rp) :: raw(self%fit_case%experiment%comparisons(l)%n), errors(size(raw), N_NUISANCES)
     real(rp) :: white(self%bins%count(l), size(columns)), seen(self%bins%count(l), 1), c(self%bins%count(l), self%bins%count(l))
     integer :: i
-    u = 0
     call evaluation%init(self%fit_case%experiment, l, .false.)
-    call evaluate(self%fit_case%experiment, self%work, fit_case_coordinates(self%fit_case, self%q), l, .false., u, evaluation)
+    call evaluate(self%fit_case%experiment, self%work, fit_case_coordinates(self%fit_case, self%q), l, self%is_start(l), &
+                  self%shapes(:, :, l), evaluation)
+    self%is_start(l) = evaluation%is_start
     ok = evaluation%is_feasible() .and. evaluation%snaps == 0
     if (.not. ok) return
     call bin_covariance(self%bins, noise, [(i, i=self%bins%first(l), self%bins%first(l) + self%bins%count(l) - 1)], c)

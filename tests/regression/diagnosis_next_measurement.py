@@ -23,7 +23,8 @@ draws = 500;
 intervals = no;
 validation = no;
 """
-TEST = {"stiffness": {"plate": "edges", "E_gradient": -0.04}, "noise": {"height": 1e-9, "reference_scans": 1000},
+TEST = {"stiffness": {"plate": "edges", "E_gradient": -0.04}, "protocol": {"levels": [1, -1], "random_order": True},
+        "noise": {"height": 1e-9, "reference_scans": 1000},
         "declared": {"height": 1e-6}}
 ALLOWED = 0.05
 
@@ -46,7 +47,7 @@ def test_promise(case):
     check(rows[0]["then"] == max(row["then"] for row in rows), "the best one comes first")
     for title, best in ("place", new[0]), ("repeat", repeats[0]):
         load = [float(best[key]) for key in ("x [m]", "y [m]", "force [N]")]
-        measure(case, "further.h5", **TEST, seed=77, loads=[load], protocol={"levels": [1.0]})
+        measure(case, "further.h5", **{**TEST, "protocol": {"levels": [1.0]}}, seed=77, loads=[load])
         shutil.copy(case.folder / "data.h5", case.folder / f"{title}.h5")
         append_loads(case, f"{title}.h5", "further.h5")
         diagnose(case, f"{title}.h5", f"with_{title}", OPTIONS)

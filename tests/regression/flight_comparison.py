@@ -31,7 +31,9 @@ file = wing.ini
 beats = 1
 compare = yes
 directions = 1
-{more}[Diagnose]
+{more}[Next]
+modes = 0
+[Diagnose]
 parameters = E
 refine = no
 noise = declared

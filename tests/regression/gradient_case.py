@@ -17,6 +17,8 @@ INPUT = """[Wing]
 file = {wing};
 [Measurement]
 file = bending.h5;
+[Next]
+modes = {modes};
 [Diagnose]
 parameters = E, joint:C_Sc, joint:R4+5_r-m;
 observations = 400;
@@ -29,8 +31,9 @@ intervals = {intervals};
 """
 
 
-def input_text(refine="no", draws=1000, intervals="no"):
-    return INPUT.format(wing=CASE["wing"], refine=refine, draws=draws, intervals=intervals)
+def input_text(refine="no", draws=1000, intervals="no", modes=0):
+    """Unless told otherwise, no new modes and records are ranked: that takes as long as the rest."""
+    return INPUT.format(wing=CASE["wing"], refine=refine, draws=draws, intervals=intervals, modes=modes)
 
 
 def synthesise(case, *arguments, text=None, **changes):

@@ -29,7 +29,7 @@ SCHEMA = SOURCE / "docs/formats/diagnosis.schema.json"
 
 def test_name(case):
     """One verdict on any number of ranks, and files that tell it."""
-    synthesise(case)
+    synthesise(case, text=input_text(modes=4))
     texts, kept = [], []
     for ranks, arguments, code in (1, ["--exit-code"], EXIT_NAMED), (2, [], EXIT_OK):
         done = case.run("diagnose.ini", *arguments, ranks=ranks, code=code, timeout=300)

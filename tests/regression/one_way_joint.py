@@ -20,6 +20,8 @@ INPUT = """[Wing]
 file = {wing};
 [Measurement]
 file = bending.h5;
+[Next]
+modes = 0;
 [Diagnose]
 parameters = E, joint:*;
 observations = 250;
@@ -57,7 +59,7 @@ def plan(program, folder):
     """The smallest factor that is found nine times in ten, and the joint that needs it; then the further load [x, y, N]
     that would lower this factor most, and to what."""
     done = subprocess.run([program, "case.ini", "--plan"], cwd=folder, capture_output=True, text=True, check=True)
-    # The first two tables of the plan: what the loads show, and one load more. Tables on motion and on look-alikes follow.
+    # The first two tables of the plan: what the loads show, and one load more. A table on look-alikes follows.
     now, more = [line.split() for line in done.stdout.splitlines() if line.startswith("one_way_joint")][:2]
     return factor(now), now[1].split(":")[1], [float(word) for word in more[1:4]], factor(more)
 

@@ -30,7 +30,8 @@ module measurement_simulation
   type :: simulation_t
     type(bent_wing_t) :: loaded                      !< the wing under the load
     type(view_t) :: view                             !< what the instrument shows
-    type(bent_wing_t), private :: rest               !< the wing without a load, if its weight bends it
+    type(bent_wing_t), private :: rest               !< the wing without a load, if its weight bends it or a tangent needs it
+    logical, private :: has_rest = .false.           !< `find_rest` was called since the last `solve`
     type(applied_t), private :: applied
     type(solid_params_t), private :: params          !< without drying and creep
     type(stiffness_t), private :: direction
@@ -71,6 +72,7 @@ contains
     class(simulation_t), intent(inout) :: self
     call self%loaded%free()
     call self%rest%free()
+    self%has_rest = .false.
     call self%view%free()
     if (allocated(self%force)) deallocate (self%force, self%change, self%motion, self%rest_u, self%outcome)
   end subroutine simulation_free
@@ -95,6 +97,7 @@ contains
     if (present(load_offset)) off = load_offset
     params = experiment%params(coordinates)
     self%params = params
+    self%has_rest = .false.
     call self%view%set(experiment%instrument_at(coordinates))
     associate (load => experiment%measurement%loads(l))
       call apply_load(self%view%instrument, load, experiment%sites(l), experiment%model, off, self%applied, self%force)
@@ -353,15 +356,17 @@ contains
     end associate
   end subroutine simulation_nuisance_tangents
 
-  !> Factorises the tangent of the wing without a load, if no weight bends it.
+  !> Factorises the tangent of the wing without a load, if no weight bends it, once for all tangents after a `solve`.
   subroutine find_rest(self, experiment)
     class(simulation_t), intent(inout) :: self
     type(experiment_t), intent(in) :: experiment
     type(static_report_t) :: report
+    if (self%has_rest) return
     if (.not. allocated(self%rest%moved)) call self%rest%init(experiment%model)
     call self%rest%model%set_params(self%params)
     self%rest_u = 0
     call self%rest%solve(0*self%change, .false., experiment%options, self%rest_u, report)
     call require(report%converged, 'measurement_simulation: the unloaded wing is in equilibrium')
+    self%has_rest = .true.
   end subroutine find_rest
 end module measurement_simulation

@@ -23,6 +23,7 @@ module solid_modal
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
+  use base_lapack, only: multiply, multiply_transposed
   use solid_effects, only: clamp_compliance
   use solid_equilibrium, only: equilibrium_t
   use solid_extension, only: extension_axial
@@ -55,6 +56,7 @@ module solid_modal
     real(rp), allocatable, private :: u(:, :), low(:, :), du(:, :)
     real(rp), allocatable, private :: blocks(:, :, :), mass(:), root_mass(:), turns(:, :), x(:, :)
     real(rp), allocatable, private :: bent(:, :), moment(:, :) !< psi, and the moment on the clamp
+    real(rp), allocatable, private :: flat(:, :) !< (3 n_free, n_modes) the shapes at the movable points
     real(rp), private :: compliance(2) = 0   !< [rad/(N m)] about x and y
   contains
     procedure :: init => modal_init
@@ -112,7 +114,7 @@ contains
     class(modal_t), intent(inout) :: self
     call self%work%free()
     if (allocated(self%u)) deallocate (self%u, self%low, self%du, self%turns, self%blocks, self%mass, self%root_mass)
-    if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment)
+    if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment, self%flat)
   end subroutine modal_free
 
   !> Finds the equilibrium under the dead load force(3, n_all) [N] and the weight of mass(1, :) [kg] in gravity(3) [m/s^2], with the
@@ -185,17 +187,18 @@ contains
     real(rp) :: y(size(q, 1)), z(size(q, 1), size(q, 2))
     integer :: i, k
     k = size(q, 2)
-    if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment)
-    allocate (self%bent(size(y), k), self%moment(2, k))
+    if (allocated(self%lambda)) deallocate (self%lambda, self%shapes, self%x, self%bent, self%moment, self%flat)
+    allocate (self%bent(size(y), k), self%flat(size(y), k), self%moment(2, k))
     allocate (self%lambda(k), self%shapes(3, self%model%n_all, k), source=0.0_rp)
     self%x = q
     z = flexible(self, q)
     do i = 1, k
       self%lambda(i) = 1/dot_product(q(:, i), z(:, i))
       y = self%lambda(i)*z(:, i)/self%root_mass
-      self%shapes(:, self%model%movable, i) = reshape(y/sqrt(sum(self%mass*y**2)), [3, self%model%n_free])
-      self%moment(:, i) = self%lambda(i)*matmul(self%mass*flat(self, i), self%turns)
-      self%bent(:, i) = flat(self, i) - matmul(self%turns, self%compliance*self%moment(:, i))
+      self%flat(:, i) = y/sqrt(sum(self%mass*y**2))
+      self%shapes(:, self%model%movable, i) = reshape(self%flat(:, i), [3, self%model%n_free])
+      self%moment(:, i) = self%lambda(i)*matmul(self%mass*self%flat(:, i), self%turns)
+      self%bent(:, i) = self%flat(:, i) - matmul(self%turns, self%compliance*self%moment(:, i))
     end do
   end subroutine keep_modes
 
@@ -287,14 +290,6 @@ contains
     call find_slopes(self, spread(0*self%mass, 2, size(same, 1)), 0*self%mass, dc, same, slopes)
   end subroutine modal_slopes_of_clamp
 
-  !> Returns shape `i` at the movable points as one vector.
-  pure function flat(self, i) result(phi)
-    class(modal_t), intent(in) :: self
-    integer, intent(in) :: i
-    real(rp) :: phi(size(self%mass))
-    phi = reshape(self%shapes(:, self%model%movable, i), [size(phi)])
-  end function flat
-
   !> Computes the slopes. bent(:, i) = dK psi_i, dm is the change of the masses, and dc the change of the compliances. With the
   !> clamp, phi_j dF^-1 phi_i = psi_j dK psi_i - m_j dc m_i, m = lambda R^T M phi its moment, and F dF^-1 phi_i = K^-1 dK psi_i - R
   !> dc m_i.
@@ -303,19 +298,21 @@ contains
     real(rp), intent(in) :: bent(:, :), dm(:), dc(:)
     logical, intent(in) :: same(:, :)
     type(mode_slopes_t), intent(inout) :: slopes
-    real(rp) :: g(size(bent, 1), size(bent, 2)), c(size(self%lambda), size(bent, 2)), inert(size(bent, 1), size(bent, 2))
+    real(rp), dimension(size(bent, 1), size(bent, 2)) :: g, inert
+    real(rp), dimension(size(self%lambda), size(bent, 2)) :: c, by_mass
     integer :: n, i, j
     n = size(bent, 2)
     do i = 1, n
-      inert(:, i) = self%lambda(i)*dm*flat(self, i)
-      do j = 1, size(self%lambda)
-        c(j, i) = dot_product(self%bent(:, j), bent(:, i)) - dot_product(flat(self, j), inert(:, i)) - &
-                  sum(self%moment(:, j)*dc*self%moment(:, i))
-      end do
+      inert(:, i) = self%lambda(i)*dm*self%flat(:, i)
+    end do
+    call multiply_transposed(self%bent, bent, c)
+    call multiply_transposed(self%flat, inert, by_mass)
+    do i = 1, n
+      c(:, i) = c(:, i) - by_mass(:, i) - matmul(dc*self%moment(:, i), self%moment)
     end do
     g = bent
     call self%work%cholesky%solve(n, g)
-    g = g - flexibility(self, inert)
+    if (any(abs(dm) > 0)) g = g - flexibility(self, inert)
     do i = 1, n
       g(:, i) = g(:, i) - matmul(self%turns, dc*self%moment(:, i))
     end do
@@ -323,7 +320,7 @@ contains
     do i = 1, n
       do j = 1, size(self%lambda)
         if (j == i) then
-          c(j, i) = -0.5_rp*sum(dm*flat(self, i)**2)
+          c(j, i) = -0.5_rp*sum(dm*self%flat(:, i)**2)
         else if (is_same(i, j)) then
           c(j, i) = 0
         else
@@ -335,11 +332,9 @@ contains
     call solve_beside(self, self%lambda(:n), g)
     if (.not. allocated(slopes%shapes)) allocate (slopes%shapes(3, self%model%n_all, n))
     slopes%shapes = 0
+    g = g/spread(self%root_mass, 2, n)
+    call multiply(1.0_rp, self%flat, c, g)
     do i = 1, n
-      g(:, i) = g(:, i)/self%root_mass
-      do j = 1, size(self%lambda)
-        g(:, i) = g(:, i) + c(j, i)*flat(self, j)
-      end do
       slopes%shapes(:, self%model%movable, i) = reshape(g(:, i), [3, self%model%n_free])
     end do
 
@@ -360,9 +355,11 @@ contains
     real(rp), intent(inout) :: b(:, :)
     real(rp), parameter :: SMALL = 1.0e-13_rp
     integer, parameter :: LIMIT = 200
-    real(rp), dimension(size(b, 1), size(b, 2)) :: y, r, p, ap
-    real(rp) :: old(size(b, 2)), rr(size(b, 2)), first(size(b, 2)), step
-    integer :: i, iteration
+    real(rp), dimension(size(b, 1), size(b, 2)) :: y, r, p
+    real(rp), allocatable :: ap(:, :)
+    real(rp) :: rr(size(b, 2)), first(size(b, 2)), old, step
+    integer, allocatable :: open(:) ! columns that are not found yet
+    integer :: i, k, iteration
     first = max(sum(b**2, 1), tiny(1.0_rp)) ! the right-hand side may be rounding error alone
     call remove_known(self, b)
     y = 0
@@ -370,17 +367,18 @@ contains
     p = r
     rr = sum(r**2, 1)
     do iteration = 1, LIMIT
-      if (all(rr <= SMALL**2*first)) exit
-      ap = p - spread(lambda, 1, size(b, 1))*flexible(self, p)
+      open = pack([(i, i=1, size(b, 2))], rr > SMALL**2*first)
+      if (size(open) == 0) exit
+      ap = p(:, open) - spread(lambda(open), 1, size(b, 1))*flexible(self, p(:, open))
       call remove_known(self, ap)
-      old = rr
-      do i = 1, size(b, 2)
-        if (.not. rr(i) > SMALL**2*first(i)) cycle
-        step = rr(i)/dot_product(p(:, i), ap(:, i))
+      do k = 1, size(open)
+        i = open(k)
+        old = rr(i)
+        step = old/dot_product(p(:, i), ap(:, k))
         y(:, i) = y(:, i) + step*p(:, i)
-        r(:, i) = r(:, i) - step*ap(:, i)
+        r(:, i) = r(:, i) - step*ap(:, k)
         rr(i) = sum(r(:, i)**2)
-        p(:, i) = r(:, i) + rr(i)/old(i)*p(:, i)
+        p(:, i) = r(:, i) + rr(i)/old*p(:, i)
       end do
     end do
     b = y
@@ -390,6 +388,8 @@ contains
   subroutine remove_known(self, b)
     class(modal_t), intent(in) :: self
     real(rp), intent(inout) :: b(:, :)
-    b = b - matmul(self%x, matmul(transpose(self%x), b))
+    real(rp) :: components(size(self%x, 2), size(b, 2))
+    call multiply_transposed(self%x, b, components)
+    call multiply(-1.0_rp, self%x, components, b)
   end subroutine remove_known
 end module solid_modal

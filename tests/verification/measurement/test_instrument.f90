@@ -11,7 +11,7 @@ program test_instrument
   use measurement_evaluation, only: evaluate, evaluation_t, evaluation_work_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: instrument_t
-  use measurement_instrument_causes, only: CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, GRAVITY_X, HEIGHT_SCALE, &
+  use measurement_instrument_causes, only: CREEP, CREEP_TIME, DRIFT, DRIFT_RATE, DRIFT_VEINS, GRAVITY_X, GRAVITY_Z, HEIGHT_SCALE, &
                                            N_INSTRUMENT, TILT_X
   use measurement_simulation, only: N_NUISANCES
   use named_params, only: set_each, value_of
@@ -332,6 +332,13 @@ contains
     end do
     ! The unloaded shape, 0, is found in two ways, which round differently; soft directions make more of it.
     call t%check_below('a scan of what is no unknown is the same', worst, 1.0e-7_rp)
+    call full_work%free()
+    call full_work%init(other)
+    call evaluate(other, plain_work, other%start() + 0.3_rp, 1, .false., u, b)
+    call plain_work%instrument_tangent(other, 1, GRAVITY_Z, column)
+    call evaluate(other, full_work, other%start() + 0.3_rp, 1, .false., u, b)
+    call full_work%instrument_tangent(other, 1, GRAVITY_Z, expected)
+    call t%check('of another wing it does not depend on the wing before',.not. any(abs(column - expected) > 0))
     call plain_work%free()
     call full_work%free()
     call other%init(m, wing, params, [integer ::], options, failure, instrument_numbers=[GRAVITY_X])
