@@ -20,10 +20,11 @@ module fluid_point_forces
   use base_kinds, only: rp
   use parallel_block, only: block_t
   use parallel_world, only: world_t
+  use fluid_point_filter, only: point_filter_t
   use spectral_grid, only: grid_t
-  use spectral_sticks, only: sticks_t, sphere_radius, DEALIAS_ELLIPSOID
+  use spectral_sticks, only: sticks_t, DEALIAS_ELLIPSOID
   use spectral_transform, only: kernels_t, transform_t
-  use spectral_window, only: window_transform, window_weights, WINDOW_WIDTH
+  use spectral_window, only: window_weights, WINDOW_WIDTH
   implicit none
   private
   public :: point_forces_t
@@ -43,14 +44,10 @@ module fluid_point_forces
     type(world_t) :: world
     type(grid_t) :: grid
     type(block_t) :: block
-    type(sticks_t) :: sticks
+    type(point_filter_t) :: filter
     integer :: n = 0, width_x = WINDOW_WIDTH
     real(rp), public :: radius = 0                     !< K, 1/L
     type(stencils_t) :: stencils
-    real(rp), allocatable :: inverse_xy(:), inverse_z(:) !< 1/transform of the window on sticks, along kz
-    real(rp), allocatable :: kappa_xy(:), kappa_z(:)     !< parts of (k/K)^2
-    real(rp), allocatable :: filter(:), inverse_k2(:)         !< (nkz) of one stick: Phi over that of the window, 1/k^2
-    complex(rp), allocatable :: along(:)                 !< (nkz) of one stick: k.f/k^2
     real(rp), allocatable :: values(:, :)                !< (3, n) velocities or forces
     real(rp) :: impulse = 0, mean_change(3) = 0
     complex(rp), pointer, contiguous :: u(:, :, :) => null()
@@ -63,7 +60,6 @@ module fluid_point_forces
     procedure :: product => forces_product
     procedure :: spectral_out => forces_spectral_out
     procedure :: memory_bytes => forces_memory_bytes
-    procedure, private :: set_filter
   end type point_forces_t
 
 contains
@@ -84,22 +80,14 @@ contains
     self%world = world
     self%grid = grid
     self%block = block
-    self%sticks = sticks
-    self%radius = sphere_radius(grid)
     self%width_x = merge(1, WINDOW_WIDTH, grid%is_2d)
     n_lines = block%count(2)*block%count(3)
     allocate (self%stencils%line_first(n_lines + 1), self%stencils%lines(block%count(2), block%count(3)))
     allocate (self%stencils%point(WINDOW_WIDTH**2*most), self%stencils%weight(WINDOW_WIDTH**2*most))
     allocate (self%stencils%x_first(most), self%stencils%x_weights(WINDOW_WIDTH, most))
     allocate (self%values(3, most))
-    associate (h => grid%spacing, s => sticks)
-      self%inverse_xy = 1/window_transform(s%ky*h(2))
-      if (.not. grid%is_2d) self%inverse_xy = self%inverse_xy/window_transform(s%kx*h(1))
-      self%inverse_z = 1/window_transform(s%kz*h(3))
-      self%kappa_xy = (s%kx**2 + s%ky**2)/self%radius**2
-      self%kappa_z = s%kz**2/self%radius**2
-    end associate
-    allocate (self%filter(sticks%nkz), self%inverse_k2(sticks%nkz), self%along(sticks%nkz))
+    call self%filter%init(grid, sticks)
+    self%radius = self%filter%radius
     self%stencils%line_first = 1
     self%stencils%lines = .false.
   end subroutine forces_init
@@ -215,31 +203,12 @@ contains
     self%lines => self%stencils%lines
   end subroutine point_at
 
-  !> Computes Phi divided by the transform of the window on stick `s`; it is 0 outside the sphere.
-  subroutine set_filter(self, s)
-    class(point_forces_t), intent(inout) :: self
-    integer, intent(in) :: s
-    integer :: i
-    real(rp) :: kappa, factor
-    do i = 1, self%sticks%nkz
-      kappa = self%kappa_xy(s) + self%kappa_z(i)
-      factor = sqrt(1 + kappa)*self%inverse_xy(s)*self%inverse_z(i)
-      self%filter(i) = merge(factor, 0.0_rp, kappa < 1)
-    end do
-  end subroutine set_filter
-
   !> Fills `fields` with the velocity; see kernels_t.
   subroutine forces_spectral_in(self, first, count, fields)
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
-    integer :: i, c
-    do i = 1, count
-      call self%set_filter(first + i - 1)
-      do c = 1, 3
-        fields(:, i, c) = self%filter*self%u(:, first + i - 1, c)
-      end do
-    end do
+    call self%filter%take(first, count, self%u, fields)
   end subroutine forces_spectral_in
 
   !> Interpolates velocities at the points, or spreads the forces of the points; see kernels_t.
@@ -265,18 +234,22 @@ contains
     type(point_forces_t), intent(inout) :: self
     integer, intent(in) :: line
     real(rp), intent(in) :: in(:, :)
-    integer :: e, j, x
+    integer :: c, e, j, x
     real(rp) :: sums(3)
-    associate (s => self%stencils)
+    associate (s => self%stencils, w => self%width_x)
       do e = s%line_first(line), s%line_first(line + 1) - 1
         associate (p => s%point(e))
-          sums = 0
           x = s%x_first(p)
-          do j = 1, self%width_x
-            x = x + 1
-            if (x > self%grid%n(1)) x = 1
-            sums = sums + s%x_weights(j, p)*in(x, :)
-          end do
+          sums = 0
+          if (x + w <= self%grid%n(1)) then
+            do c = 1, 3
+              sums(c) = dot_product(s%x_weights(:w, p), in(x + 1:x + w, c))
+            end do
+          else
+            do j = 1, w
+              sums = sums + s%x_weights(j, p)*in(1 + modulo(x + j - 1, self%grid%n(1)), :)
+            end do
+          end if
           self%values(:, p) = self%values(:, p) + s%weight(e)*sums
         end associate
       end do
@@ -288,18 +261,24 @@ contains
     type(point_forces_t), intent(in) :: self
     integer, intent(in) :: line
     real(rp), intent(inout) :: out(:, :)
-    integer :: e, j, x
+    integer :: c, e, j, x
     real(rp) :: force(3)
-    associate (s => self%stencils)
+    associate (s => self%stencils, w => self%width_x)
       do e = s%line_first(line), s%line_first(line + 1) - 1
         associate (p => s%point(e))
           force = s%weight(e)/self%grid%cell_volume()*self%values(:, p)
           x = s%x_first(p)
-          do j = 1, self%width_x
-            x = x + 1
-            if (x > self%grid%n(1)) x = 1
-            out(x, :) = out(x, :) + s%x_weights(j, p)*force
-          end do
+          if (x + w <= self%grid%n(1)) then
+            do c = 1, 3
+              out(x + 1:x + w, c) = out(x + 1:x + w, c) + force(c)*s%x_weights(:w, p)
+            end do
+          else
+            do j = 1, w
+              associate (there => out(1 + modulo(x + j - 1, self%grid%n(1)), :))
+                there = there + s%x_weights(j, p)*force
+              end associate
+            end do
+          end if
         end associate
       end do
     end associate
@@ -310,40 +289,15 @@ contains
     class(point_forces_t), intent(inout) :: self
     integer, intent(in) :: first, count
     complex(rp), contiguous, intent(inout) :: fields(:, :, :)
-    real(rp) :: kx, ky
-    integer :: i, j, s
-    do i = 1, count
-      s = first + i - 1
-      call self%set_filter(s)
-      kx = self%sticks%kx(s)
-      ky = self%sticks%ky(s)
-      associate (kz => self%sticks%kz, along => self%along, u => self%u)
-        do j = 1, self%sticks%nkz
-          self%filter(j) = self%impulse*self%filter(j)
-          self%inverse_k2(j) = 1/max(kx**2 + ky**2 + kz(j)**2, tiny(1.0_rp))
-        end do
-        do j = 1, self%sticks%nkz
-          fields(j, i, 1) = self%filter(j)*fields(j, i, 1)
-          fields(j, i, 2) = self%filter(j)*fields(j, i, 2)
-          fields(j, i, 3) = self%filter(j)*fields(j, i, 3)
-          along(j) = self%inverse_k2(j)*(kx*fields(j, i, 1) + ky*fields(j, i, 2) + kz(j)*fields(j, i, 3))
-        end do
-        do j = 1, self%sticks%nkz
-          u(j, s, 1) = u(j, s, 1) + fields(j, i, 1) - kx*along(j)
-          u(j, s, 2) = u(j, s, 2) + fields(j, i, 2) - ky*along(j)
-          u(j, s, 3) = u(j, s, 3) + fields(j, i, 3) - kz(j)*along(j)
-        end do
-      end associate
-      ! The mean flow responds to the total force directly, without the window.
-      if (s == self%sticks%zero) self%u(1, s, :) = self%u(1, s, :) - fields(1, i, :) + self%mean_change
-    end do
+    ! The mean flow responds to the total force directly, without the window.
+    call self%filter%push(first, count, self%impulse, self%mean_change, fields, self%u)
   end subroutine forces_spectral_out
 
   !> Returns the bytes of its large arrays on this rank.
   pure real(rp) function forces_memory_bytes(self) result(bytes)
     class(point_forces_t), intent(in) :: self
     bytes = 0
-    if (allocated(self%values)) bytes = 12*real(size(self%stencils%point), rp) + 8*real(size(self%inverse_xy), rp)*2 + &
+    if (allocated(self%values)) bytes = 12*real(size(self%stencils%point), rp) + self%filter%memory_bytes() + &
                                         4*real(size(self%stencils%line_first), rp)
   end function forces_memory_bytes
 end module fluid_point_forces

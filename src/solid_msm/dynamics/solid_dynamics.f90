@@ -22,6 +22,8 @@ module solid_dynamics
   private
   public :: copy_state, dynamic_state_t, dynamic_options_t, step_report_t, dynamics_t
 
+  integer, parameter :: HISTORY = 16
+
   !> Options of the algorithm.
   type :: dynamic_options_t
     real(rp) :: tolerance = 1.0e-8_rp !< of the residual, relative to the largest force in the balance
@@ -35,8 +37,6 @@ module solid_dynamics
     !> a halved step, where poor factors at the beginning cost more. With a reaction the first ones serve as long as they are good.
     integer :: factorisations = 3
   end type dynamic_options_t
-
-  integer, parameter :: HISTORY = 16
 
   !> Report on a step.
   type :: step_report_t
@@ -226,7 +226,7 @@ contains
     real(rp) :: scale, floor, noise, small, size_r, last_size, newton_sizes(2)
     integer :: iteration, n_newton
     real(rp), parameter :: ROUGH = 0.5_rp
-    logical :: was_iterated, is_warm, is_solved, is_rough
+    logical :: was_iterated, is_warm, is_solved, is_rough, is_second
     floor = 4*epsilon(scale)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(scale)*hinge_forces(model)
     report%residuals = 0
@@ -245,9 +245,11 @@ contains
       small = max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
       converged = size_r <= small .and. iteration > 0
       if (converged) exit
-      ! Where no force balances the residual, the shape is far from the solution, and an older tangent leads astray.
+      ! Where no force balances the residual, an older tangent leads astray. The second one saves up to three iterations.
       is_rough = present(reaction) .and. iteration > 0 .and. size_r > ROUGH*scale
-      if (was_iterated .or. is_rough .or. needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
+      is_second = present(reaction) .and. iteration == 1 .and. .not. is_warm .and. n_newton < options%iterations
+      if (was_iterated .or. is_rough .or. is_second .or. &
+          needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
         if (n_newton == options%iterations) exit
         if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! with the tangent before the last one
         n_newton = n_newton + 1
@@ -388,10 +390,8 @@ contains
     integer, parameter :: STRETCHED = 3
     is_needed = .true.
     if (.not. options%worth_reuse > 0) return
-    if (iteration == 0) is_needed = .not. is_warm
-    if (iteration == 0) return
     if (iteration < STRETCHED) is_needed = size_r > last_size
-    if (is_needed .and. size_r < last_size) &
-      is_needed = log(size_r/small) > options%worth_reuse*log(last_size/size_r)
+    if (iteration == 0) is_needed = .not. is_warm
+    if (is_needed .and. size_r < last_size) is_needed = log(size_r/small) > options%worth_reuse*log(last_size/size_r)
   end function needs_new_tangent
 end module solid_dynamics
