@@ -35,7 +35,7 @@ module fsi_thin_keys
     logical :: is_thin = .false. !< resulting choice: the wings have no thickness
     real(rp) :: spacing = 0   !< requested distance of markers, L
     real(rp) :: viscosity = 0 !< coefficient c of the vanishing viscosity
-    integer :: slip_interval = 10 !< steps from one measurement of the slip to the next
+    integer :: slip_interval = 1 !< steps from one measurement of the slip to the next
     integer :: sharing = SHARING_AUTO !< whether ranks share the response of a wing
   end type thin_params_t
 
@@ -54,7 +54,7 @@ contains
     call keys%real('surface_viscosity', p%viscosity, 0.3_rp, 'surface = thin: c of the spectral vanishing viscosity, which '// &
                    'damps the largest wavenumber K at the rate c u K, the share nu K^2 of viscosity included; u: sum of the '// &
                    'mean speeds of the wing tip, the body and the stream', min=0.0_rp)
-    call keys%integer('slip_interval', p%slip_interval, 10, 'surface = thin: steps between two records of slip.t, which has '// &
+    call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: steps between two records of slip.t, which has '// &
                       'the slip after the forces and the powers that the flow receives and the wings lose; each record '// &
                       'samples the flow once more, a tenth of a step', unit='steps', min=1)
     call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: which ranks compute the forces at the '// &
