@@ -19,11 +19,15 @@ program test_point_forces
   !> Barnett et al. give errors of about 1e-6 for this width and oversampling, of the largest value.
   real(rp), parameter :: WINDOW_ERROR = 4.0e-6_rp
   integer, parameter :: N_POINTS = 7
+  !> The sphere of modes ends in z: some sticks inside the truncation have none of its modes.
+  character(*), parameter :: COARSER = '[Resolution]'//NL//'nx=24'//NL//'ny=24'//NL//'nz=16'//NL//'[Geometry]'//NL// &
+                             'xl=6.0'//NL//'yl=6.0'//NL//'zl=6.0'//NL
 
   call test%start(parallel=.true.)
   random = RANDOM_FLOW//'[Parallel]'//NL//'transform='//asked_transform()//NL
   call check('3-D', box_3d(24, TWO_PI)//random, is_2d=.false.)
   call check('3-D, two rows of ranks', box_3d(24, TWO_PI)//random, is_2d=.false., rows=2)
+  call check('3-D, a coarser direction', COARSER//random, is_2d=.false.)
   call check('2-D', box_2d(40, TWO_PI)//random, is_2d=.true.)
   call check_green('3-D', box_3d(64, TWO_PI)//random, is_2d=.false.)
   call check_green('2-D', box_2d(128, TWO_PI)//random, is_2d=.true.)
@@ -69,9 +73,26 @@ contains
     call test%world%sum_reals(mean)
     call test%check_below(name//': the mean flow takes up the total force', &
                           maxval(abs(mean*volume - sum(forces, 2))), 1e-13_rp*maxval(abs(sum(forces, 2))))
+    call check_divergence(name, fluid)
     call fluid%free()
   end subroutine check
 
+  !> The flow is free of divergence in every mode, up to rounding.
+  subroutine check_divergence(name, fluid)
+    character(*), intent(in) :: name
+    type(fluid_t), intent(in) :: fluid
+    real(rp) :: largest(2)
+    integer :: s
+    largest = 0
+    associate (t => fluid%transform%sticks, u => fluid%rhs%state%u)
+      do s = 1, t%n
+        largest(1) = max(largest(1), maxval(abs(t%kx(s)*u(:, s, 1) + t%ky(s)*u(:, s, 2) + t%kz*u(:, s, 3))))
+        largest(2) = max(largest(2), maxval(abs(u(:, s, :)))*fluid%points%radius)
+      end do
+    end associate
+    call test%world%max_reals(largest)
+    call test%check_below(name//': the forces leave no divergence', largest(1), 1e-14_rp*largest(2))
+  end subroutine check_divergence
 
   !> Points inside, across the faces and outside the box, and forces.
   subroutine place(is_2d, x, forces)
