@@ -6,9 +6,9 @@ module diagnosis_flight_comparison
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_flight_changes, only: N_CHANGES
+  use diagnosis_flight_data, only: flight_data_t
   use diagnosis_flight_means, only: compare_means, draw_directions, find_directions, means_of, N_MEANS
   use diagnosis_flight_response, only: flight_response_t
-  use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_parameters, only: KIND_FLIGHT, wing_parameter_t
   use diagnosis_wing_state, only: wing_state, wing_state_t
   use inference_engine, only: diagnosis_t
@@ -19,7 +19,8 @@ module diagnosis_flight_comparison
 
 contains
 
-  !> Sets s%comparison, if records of forces were diagnosed and a cause of the verdict changes the flight.
+  !> Sets s%comparison, if records of forces were diagnosed and a cause of the verdict changes the flight of a case: the first such
+  !> case is compared.
   subroutine compare_flights(s, d)
     class(diagnosis_case_t), intent(inout) :: s
     type(diagnosis_t), intent(in) :: d
@@ -27,27 +28,37 @@ contains
     integer, allocatable :: columns(:)
     real(rp), allocatable :: directions(:, :), z(:, :), draws(:, :)
     real(rp) :: c(N_CHANGES), nothing(N_CHANGES)
-    integer :: i
+    integer :: i, k
     if (.not. s%flights%is_ready .or. .not. d%extended%is_found) return
-    columns = pack(d%extended%active, s%catalogue%parameters(d%extended%active)%kind == KIND_FLIGHT)
+    do k = 1, size(s%flights%cases)
+      columns = pack(d%extended%active, of_case(s%catalogue%parameters(d%extended%active), k))
+      if (size(columns) > 0) exit
+    end do
     if (size(columns) == 0) return
-    response = approximation_of(d%extended, s%flights)
-    associate (p => s%catalogue%parameters(columns), q => d%extended%q(columns), result => s%comparison)
+    response = approximation_of(d%extended, s%flights%cases(k))
+    associate (p => s%catalogue%parameters(columns), q => d%extended%q(columns), result => s%comparison, case => s%flights%cases(k))
       call find_directions(posterior_of(d, columns), spread(1.0_rp, 1, size(columns)), size(columns), directions, result%share)
       call draw_directions(q, directions, p%lower, p%upper, s%options%seed, z)
       if (size(z, 2) == 0) return
       allocate (draws(N_MEANS, size(z, 2)))
       do i = 1, size(z, 2)
-        draws(:, i) = means_at(response, changes(p, q + matmul(directions, z(:, i))), s%flights)
+        draws(:, i) = means_at(response, changes(p, q + matmul(directions, z(:, i))), case)
       end do
       nothing = 0
       c = changes(p, q)
-      call compare_means(means_at(s%flights%response, nothing, s%flights), means_at(response, c, s%flights), draws, result)
+      call compare_means(means_at(case%response, nothing, case), means_at(response, c, case), draws, result)
       result%n_directions = size(directions, 2)
-      result%path = s%flights%facts%path
-      result%is_section = s%flights%facts%is_section
+      result%path = case%facts%path
+      result%is_section = case%facts%is_section
     end associate
   end subroutine compare_flights
+
+  !> Tells whether a parameter changes the flight of case k.
+  pure elemental logical function of_case(p, k)
+    type(wing_parameter_t), intent(in) :: p
+    integer, intent(in) :: k
+    of_case = p%kind == KIND_FLIGHT .and. (p%record == 0 .or. p%record == k)
+  end function of_case
 
   !> Returns the covariance of the parameters `columns` of the extended model, which must be active there, with the variance of the
   !> noise that its intervals have.
@@ -76,8 +87,11 @@ contains
     type(wing_parameter_t), intent(in) :: p(:)
     real(rp), intent(in) :: q(:)
     real(rp) :: c(N_CHANGES)
+    integer :: i
     c = 0
-    c(p%number) = q
+    do i = 1, size(p)
+      c(p(i)%number) = c(p(i)%number) + q(i)
+    end do
   end function changes
 
   !> Returns mean lift, drag and power of a flight with the changes c.

@@ -9,7 +9,7 @@ module diagnosis_flight_changes
   use measurement_balance_causes, only: NEED_FORCES
   implicit none
   private
-  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_of_flow, is_one_sided
+  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_of_flow, is_of_wing, is_one_sided
 
   !> The numbers of the changes that a flight can make. Amplitudes change by a relative amount, angles by degrees, the lead by a
   !> fraction of a beat, the wind by m/s, and the viscosity and the area of the wings by the logarithm of a factor. What the case
@@ -82,6 +82,12 @@ contains
     integer, intent(in) :: number
     is_of_flow = any(number == [FLOW_VISCOSITY, FLOW_WALL, FLOW_BODY]) .or. number > FLOW_WIND .and. number <= FLOW_WIND + 3
   end function is_of_flow
+
+  !> Tells whether a change belongs to the wings or the body, so that no flight can have it alone.
+  pure elemental logical function is_of_wing(number)
+    integer, intent(in) :: number
+    is_of_wing = any(number == [FLOW_AREA, FLOW_BENDING, FLOW_BODY])
+  end function is_of_wing
 
   !> Tells whether a change cannot be made in both directions: what the case leaves out can only be added.
   pure elemental logical function is_one_sided(number)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines what a diagnosis needs from a program that simulates flights. The program changes the kinematics or the flow of a given
-!> case, simulates the flight, and returns forces, torques, power and the places of landmarks over the last beat. A diagnosis does
+!> Defines what a diagnosis needs from a program that simulates flights. The program changes the kinematics or the flow of given
+!> cases, simulates the flight, and returns forces, torques, power and the places of landmarks over the last beat. A diagnosis does
 !> not know the fluid solver; a program extends `flight_runner_t`.
 module diagnosis_flight_runner
   use base_kinds, only: rp
@@ -19,6 +19,7 @@ module diagnosis_flight_runner
   type :: flight_request_t
     real(rp) :: change(N_FLOW) = 0
     integer :: refinement = NOT_REFINED                !< or REFINE_*
+    integer :: case = 1                                !< number of the case
     character(:), allocatable :: wing                  !< sections of an input file that replace those of the case
   end type flight_request_t
 
@@ -33,6 +34,7 @@ module diagnosis_flight_runner
   !> The facts are what is known of the case before any flight. They are in SI units.
   type :: flight_facts_t
     character(:), allocatable :: path
+    character(:), allocatable :: label                 !< which of the records it simulates, in words; empty: all
     logical :: is_section = .false.                    !< two-dimensional
     logical :: is_flexible = .false.                   !< its wings bend
     real(rp) :: frequency = 0                          !< [Hz] of the beat
@@ -49,7 +51,6 @@ module diagnosis_flight_runner
   end type flight_facts_t
 
   type, abstract :: flight_runner_t
-    type(flight_facts_t) :: facts
   contains
     procedure(fly_interface), deferred :: fly
     procedure(missing_interface), deferred :: are_missing

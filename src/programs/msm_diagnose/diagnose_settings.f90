@@ -133,7 +133,7 @@ contains
     if (s%fits_finer) params = coarsen_params(params)
     request%wing = wing_lines(params, s%wing_case)
     allocate (unused)
-    call s%runner%case%read(request, unused, of_case, world)
+    call s%runner%cases(1)%read(request, unused, of_case, world)
     do i = 1, of_case%count()
       call s%config%complain(errors, 'Flight', 'compare', 'the case cannot be simulated with the wing of this diagnosis: '// &
                              of_case%text(i))
