@@ -84,7 +84,7 @@ def add_landmarks(path, name, places, seed):
         marks = file.create_group(f"flight/{name}/landmarks")
         marks.attrs.update(origin=np.zeros(3))
         marks["left/time"] = TIMES
-        marks["left/points"] = LENGTH * np.array([[0.0, r] for r in places])
+        marks["left/points"] = LENGTH * np.array([[r, 0.0] for r in places])
         marks["left/points"].attrs["units"] = "m"
         marks["left/mean"] = mean + CAMERA * rng.standard_normal(mean.shape)
         marks["left/sd"] = np.full_like(mean, CAMERA)
