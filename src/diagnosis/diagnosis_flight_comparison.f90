@@ -6,10 +6,9 @@ module diagnosis_flight_comparison
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_flight_changes, only: N_CHANGES
-  use diagnosis_flight_data, only: flight_data_t
+  use diagnosis_flight_data, only: change_t, flight_data_t
   use diagnosis_flight_means, only: compare_means, draw_directions, find_directions, means_of, N_MEANS
   use diagnosis_flight_response, only: flight_response_t
-  use diagnosis_wing_parameters, only: KIND_FLIGHT, wing_parameter_t
   use diagnosis_wing_state, only: wing_state, wing_state_t
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
@@ -25,13 +24,15 @@ contains
     class(diagnosis_case_t), intent(inout) :: s
     type(diagnosis_t), intent(in) :: d
     type(flight_response_t) :: response
+    type(change_t), allocatable :: change(:)
     integer, allocatable :: columns(:)
     real(rp), allocatable :: directions(:, :), z(:, :), draws(:, :)
     real(rp) :: c(N_CHANGES), nothing(N_CHANGES)
     integer :: i, k
     if (.not. s%flights%is_ready .or. .not. d%extended%is_found) return
     do k = 1, size(s%flights%cases)
-      columns = pack(d%extended%active, of_case(s%catalogue%parameters(d%extended%active), k))
+      change = s%flights%cases(k)%change_by(s%catalogue%parameters(d%extended%active))
+      columns = pack(d%extended%active, change%number > 0)
       if (size(columns) > 0) exit
     end do
     if (size(columns) == 0) return
@@ -42,23 +43,16 @@ contains
       if (size(z, 2) == 0) return
       allocate (draws(N_MEANS, size(z, 2)))
       do i = 1, size(z, 2)
-        draws(:, i) = means_at(response, changes(p, q + matmul(directions, z(:, i))), case)
+        draws(:, i) = means_at(response, case%changes_at(p, q + matmul(directions, z(:, i))), case)
       end do
       nothing = 0
-      c = changes(p, q)
+      c = case%changes_at(p, q)
       call compare_means(means_at(case%response, nothing, case), means_at(response, c, case), draws, result)
       result%n_directions = size(directions, 2)
       result%path = case%facts%path
       result%is_section = case%facts%is_section
     end associate
   end subroutine compare_flights
-
-  !> Tells whether a parameter changes the flight of case k.
-  pure elemental logical function of_case(p, k)
-    type(wing_parameter_t), intent(in) :: p
-    integer, intent(in) :: k
-    of_case = p%kind == KIND_FLIGHT .and. (p%record == 0 .or. p%record == k)
-  end function of_case
 
   !> Returns the covariance of the parameters `columns` of the extended model, which must be active there, with the variance of the
   !> noise that its intervals have.
@@ -81,18 +75,6 @@ contains
     state = wing_state(fit%state)
     if (state%flight > 1) response = data%again(state%flight - 1)
   end function approximation_of
-
-  !> Returns the changes whose parameters p have the values q.
-  pure function changes(p, q) result(c)
-    type(wing_parameter_t), intent(in) :: p(:)
-    real(rp), intent(in) :: q(:)
-    real(rp) :: c(N_CHANGES)
-    integer :: i
-    c = 0
-    do i = 1, size(p)
-      c(p(i)%number) = c(p(i)%number) + q(i)
-    end do
-  end function changes
 
   !> Returns mean lift, drag and power of a flight with the changes c.
   pure function means_at(response, c, data) result(means)

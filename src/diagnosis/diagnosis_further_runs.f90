@@ -7,12 +7,11 @@ module diagnosis_further_runs
   use base_outcome, only: outcome_t
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_flight_catalogue, only: flight_steps, rounded
-  use diagnosis_flight_data, only: append_requests, flight_cases_t, flight_data_t
+  use diagnosis_flight_data, only: append_requests, change_t, flight_cases_t, flight_data_t
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t
-  use diagnosis_wing_parameters, only: KIND_FLIGHT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_relinearisation, only: model_error_t
@@ -203,16 +202,17 @@ contains
     type(flight_data_t), intent(in) :: data
     real(rp), intent(in) :: q(:), sd(:)
     real(rp), intent(out) :: c(N_CHANGES), sd_of(N_FLOW)
+    type(change_t) :: change
     integer :: i, k
-    c = 0
     sd_of = 0
     associate (parameters => self%simulator%wing_parameters)
+      c = data%changes_at(parameters, q)
       do i = 1, size(q)
-        if (parameters(i)%kind /= KIND_FLIGHT .or. all(parameters(i)%record /= [0, data%number])) cycle
-        k = parameters(i)%number
-        c(k) = c(k) + q(i)
+        change = data%change_by(parameters(i))
+        k = change%number
+        if (k == 0) cycle
         if (k /= FLOW_FREQUENCY) then
-          sd_of(k) = max(sd_of(k), sd(i))
+          sd_of(k) = max(sd_of(k), change%scale*sd(i))
         else
           sd_of(FLOW_VISCOSITY) = max(sd_of(FLOW_VISCOSITY), sd(i))
           sd_of(FLOW_WIND + 1:FLOW_WIND + 3) = max(sd_of(FLOW_WIND + 1:FLOW_WIND + 3), sd(i)*abs(data%facts%wind))

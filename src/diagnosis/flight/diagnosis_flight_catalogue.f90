@@ -7,8 +7,9 @@ module diagnosis_flight_catalogue
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use base_text, only: next_word
-  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, is_of_wing, is_one_sided, &
-                                      list_change_causes, FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW, NEED_RIGID
+  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, is_of_material, is_of_wing, &
+                                      is_one_sided, list_change_causes, FLOW_FREQUENCY, FLOW_PLATE, &
+                                      FLOW_VISCOSITY, FLOW_WIND, FLOW_YOUNG, N_CHANGES, N_FLOW, NEED_RIGID
   use diagnosis_flight_data, only: flight_data_t
   use diagnosis_flight_runner, only: flight_facts_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t
@@ -44,6 +45,7 @@ contains
     integer :: j
     steps = 0
     is_needed = [(is_wanted(wanted, cause_of_change(j)), j=1, N_CHANGES)] .or. stated_errors(facts) > 0
+    if (.not. facts%is_alone) is_needed([FLOW_YOUNG, FLOW_PLATE]) = facts%shares
     do j = 1, N_FLOW
       if (facts%missing(j) /= '') cycle
       if (.not. (is_needed(j) .or. is_needed(FLOW_FREQUENCY) .and. &
@@ -159,6 +161,7 @@ contains
     scales%speed = maxval(cases%facts%speed)
     list = list_change_causes(scales)
     do i = 1, size(list)
+      if (is_of_material(list(i)%parameters(1)%number) .and. .not. all(cases%facts%is_alone)) cycle ! `enter_structure` enters them
       if (is_wanted(wanted, list(i)%name)) call enter_changes(c, list(i), cases)
     end do
     call enter_balance(c, cases(1)%facts, flights, wanted)

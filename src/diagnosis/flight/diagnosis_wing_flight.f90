@@ -7,7 +7,7 @@
 module diagnosis_wing_flight
   use base_kinds, only: rp
   use diagnosis_flight_catalogue, only: stated_errors
-  use diagnosis_flight_data, only: flight_data_t
+  use diagnosis_flight_data, only: change_t, flight_data_t
   use diagnosis_flight_landmarks, only: count_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns, &
                                         N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
@@ -40,6 +40,7 @@ module diagnosis_wing_flight
     type(flight_data_t), private :: data
     type(measured_flight_t), allocatable, private :: flights(:)
     integer, allocatable, private :: kind(:), number(:) !< of the parameters
+    type(change_t), allocatable, private :: change(:)   !< by each of them
     complex(rp), allocatable, private :: inertia(:, :)
     integer, allocatable, private :: camera(:)          !< (records), 0: an error of its axes is not stated
     integer, allocatable, private :: record(:)          !< (n) to which an observation belongs,
@@ -74,8 +75,9 @@ contains
     self%flights = flights
     self%kind = parameters%kind
     self%number = parameters%number
-    where (parameters%kind == KIND_FLIGHT .and. parameters%record > 0 .and. &
-           parameters%record /= data%number) self%kind = KIND_OF_OTHERS
+    self%change = data%change_by(parameters)
+    where (self%change%number > 0) self%kind = KIND_FLIGHT
+    where (self%change%number == 0 .and. self%kind == KIND_FLIGHT) self%kind = KIND_OF_OTHERS
     allocate (self%inertia(0:data%response%n_harmonics, N_COMPONENTS))
     self%inertia = balance_harmonics(data%facts%inertia, data%response%n_harmonics)
     allocate (self%record(0), self%time(0))
@@ -202,7 +204,9 @@ contains
     c = 0
     p = 0
     do i = 1, size(q)
-      if (self%kind(i) == KIND_FLIGHT) c(self%number(i)) = c(self%number(i)) + q(i)
+      associate (j => self%change(i)%number)
+        if (j > 0) c(j) = c(j) + self%change(i)%scale*(q(i) - self%change(i)%origin)
+      end associate
       if (self%kind(i) == KIND_BALANCE) p(self%number(i)) = q(i)
     end do
   end subroutine split
@@ -225,7 +229,8 @@ contains
       i = columns(k)
       jacobian(:, k) = 0
       if (self%kind(i) == KIND_FLIGHT) &
-        call self%show(without_additions(p), self%data%response%derivative(c, self%number(i)), jacobian(:, k))
+        call self%show(without_additions(p), self%change(i)%scale*self%data%response%derivative(c, self%change(i)%number), &
+                       jacobian(:, k))
       if (self%kind(i) == KIND_BALANCE) call self%show(p, series, jacobian(:, k), self%number(i))
     end do
   end subroutine flight_evaluate

@@ -8,12 +8,11 @@ module diagnose_flight_json
   use base_text_file, only: write_text
   use diagnose_counts, only: counts_t
   use diagnose_settings, only: diagnose_settings_t
-  use diagnosis_flight_changes, only: FLOW_FREQUENCY, N_FLOW
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, N_CHANGES, N_FLOW
   use diagnosis_flight_data, only: flight_cases_t, flight_data_t
   use diagnosis_flight_refinements, only: refinement_names, N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_request_t
   use diagnosis_wing_flights, only: wing_flights_t
-  use diagnosis_wing_parameters, only: KIND_FLIGHT
   use diagnosis_wing_state, only: wing_state_t
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
@@ -182,20 +181,15 @@ contains
     type(failure_t), intent(inout) :: failure
     type(flight_request_t) :: request
     character(:), allocatable :: head, name
-    integer :: i, k
+    real(rp) :: c(N_CHANGES)
+    integer :: k
     if (failure%failed .or. .not. s%flights%is_ready .or. .not. d%extended%is_found) return
     do k = 1, size(s%flights%cases)
       head = '; Run this file in the folder of the case.'//new_line('a')
-      request%change = 0
-      do i = 1, size(s%catalogue%parameters)
-        associate (p => s%catalogue%parameters(i), q => d%extended%q(i))
-          if (p%kind /= KIND_FLIGHT .or. all(p%record /= [0, k])) cycle
-          if (p%number <= N_FLOW) request%change(p%number) = request%change(p%number) + q
-          if (p%number == FLOW_FREQUENCY .and. abs(q) > 0) &
-            head = head//'; The beat that was found is '//number_text(exp(q))//' times as fast as the beat of the '// &
-                   'case. This file has the beat of the case: change it in the case.'//new_line('a')
-        end associate
-      end do
+      c = s%flights%cases(k)%changes_at(s%catalogue%parameters, d%extended%q)
+      request%change = c(:N_FLOW)
+      if (abs(c(FLOW_FREQUENCY)) > 0) head = head//'; The beat that was found is '//number_text(exp(c(FLOW_FREQUENCY)))// &
+        ' times as fast as the beat of the case. This file has the beat of the case: change it in the case.'//new_line('a')
       if (.not. any(abs(request%change) > 0)) cycle
       name = s%name//'_extended_flight'
       if (k > 1) name = name//'_'//number_text(k)

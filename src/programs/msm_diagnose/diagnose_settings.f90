@@ -77,6 +77,7 @@ contains
     if (errors%count() > 0) return
     if (s%fits_finer) call take_finer(s)
     call check_modes(s, errors)
+    s%flights%free = s%free_parameters%numbers
     if (errors%count() == 0) call load_flights(s%config, s%choices%flight, s%measurement, world, s%runner, s%flights, &
                                                errors, notices)
     if (errors%count() == 0) call make_all(s, errors, notices)

@@ -17,7 +17,7 @@ module diagnose_flight_settings
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps, uncounted_errors
   use diagnosis_flight_data, only: append_requests, flight_cases_t, flight_data_t
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
-                                      FLOW_STROKE, FLOW_STROKE_MEAN, is_of_flow, N_CHANGES, N_FLOW
+                                      FLOW_PLATE, FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_YOUNG, is_of_flow, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, REFINE_BEATS, REFINE_BOX
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use diagnosis_wing_entries, only: catalogue_t
@@ -27,6 +27,7 @@ module diagnose_flight_settings
   use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER, KINEMATIC_SD, measured_flight_t, N_KINEMATICS
   use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
+  use solid_usual_causes, only: PARAM_YOUNG
   implicit none
   private
   public :: fly_all, load_flights
@@ -81,6 +82,9 @@ contains
       data%cases(k)%model_sd = c%model_sd
       data%cases(k)%response%n_harmonics = c%harmonics
       data%cases(k)%facts%prior_sd = prior_sd
+      data%cases(k)%facts%is_alone = size(measurement%loads) == 0 .and. .not. measurement%moves()
+      data%cases(k)%facts%shares = [any(data%free == PARAM_YOUNG), .true.] .and. data%cases(k)%facts%is_flexible .and. &
+                                   .not. data%cases(k)%facts%is_alone
       associate (case => data%cases(k))
         call take_records(config, measurement%flights(case%first:case%last), is_named, world, runner%cases(k), data%cases(k), &
                           errors, notices)
@@ -331,6 +335,8 @@ contains
     type(flight_record_t), intent(in) :: records(:)
     type(flight_data_t), intent(inout) :: data
     type(outcome_t), intent(inout) :: outcome
+    integer, parameter :: MATERIAL(2) = [FLOW_YOUNG, FLOW_PLATE]
+    character(*), parameter :: NAMES = 'ED'
     type(failure_t) :: missing, failure
     character(:), allocatable :: reason
     integer :: j
@@ -345,6 +351,11 @@ contains
       reason = data%response%reason(j)
       call world%broadcast_text(reason)
       data%response%reason(j) = reason
+    end do
+    do j = 1, 2
+      reason = trim(data%response%reason(MATERIAL(j)))
+      if (world%is_root .and. data%facts%shares(j) .and. reason /= '') write (error_unit, '(a)') &
+        'notice: the flights of '//data%facts%path//' do not follow '//NAMES(j:j)//' of the wing: '//reason
     end do
     reason = uncounted_errors(data%facts, data%response%reason)
     if (world%is_root .and. reason /= '') write (error_unit, '(a)') 'notice: stated errors are not counted: '//reason
