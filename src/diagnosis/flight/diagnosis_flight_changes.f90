@@ -70,10 +70,10 @@ contains
     call enlist(list, omission(FLOW_BODY, 'body', 'a body', &
                                'There was a body between the wings that the simulation leaves out.', 'A body displaced', &
                                'as much as [Flight] body_length and body_radius say', BENT//', and [Flight] body_length'))
-    call enlist(list, stiffness(FLOW_YOUNG, 'wing_E', 'veins of another stiffness', &
+    call enlist(list, stiffness(FLOW_YOUNG, 'vein_stiffness', 'veins of another stiffness', &
                                 'The veins were stiffer, or softer, than those of the case.', &
                                 'The veins are stiffer: E is', 'The veins are softer: E is'))
-    call enlist(list, stiffness(FLOW_PLATE, 'wing_D', 'a membrane of another stiffness', &
+    call enlist(list, stiffness(FLOW_PLATE, 'membrane_stiffness', 'a membrane of another stiffness', &
                                 'The membrane resists bending more, or less, than that of the case.', &
                                 'The membrane is stiffer: D is', 'The membrane is softer: D is'))
     do i = 1, size(list)
