@@ -5,11 +5,11 @@ module diagnosis_case
   use base_kinds, only: rp
   use diagnosis_mode_row, only: mode_row_t
   use diagnosis_series_row, only: series_row_t
+  use diagnosis_flight_data, only: flight_cases_t
   use diagnosis_flight_means, only: flight_comparison_t
   use diagnosis_noise, only: noise_estimate_t
   use diagnosis_wing_bins, only: bins_t
   use diagnosis_wing_catalogue, only: catalogue_t
-  use diagnosis_wing_flight, only: flight_data_t
   use inference_engine, only: diagnosis_options_t
   use measurement_bending_case, only: bending_case_t
   use measurement_observed_wing, only: wing_patterns_t
@@ -32,7 +32,7 @@ module diagnosis_case
     logical :: states_mass = .false.        !< the mass of the membrane is stated, not assumed
     type(diagnosis_options_t) :: options
     type(proposal_choices_t) :: proposals   !< measurements of motion that may come next
-    type(flight_data_t) :: flights          !< of records of forces over the beat
+    type(flight_cases_t) :: flights         !< of records of forces over the beat
     type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
     type(series_row_t), allocatable :: series(:) !< for reports, if records of motion were measured
     type(flight_comparison_t) :: comparison !< of the flights of both wings, for reports

@@ -6,10 +6,9 @@ module diagnosis_flight_comparison
   use base_kinds, only: rp
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_flight_changes, only: N_CHANGES
+  use diagnosis_flight_data, only: change_t, flight_data_t
   use diagnosis_flight_means, only: compare_means, draw_directions, find_directions, means_of, N_MEANS
   use diagnosis_flight_response, only: flight_response_t
-  use diagnosis_wing_flight, only: flight_data_t
-  use diagnosis_wing_parameters, only: KIND_FLIGHT, wing_parameter_t
   use diagnosis_wing_state, only: wing_state, wing_state_t
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
@@ -19,33 +18,39 @@ module diagnosis_flight_comparison
 
 contains
 
-  !> Sets s%comparison, if records of forces were diagnosed and a cause of the verdict changes the flight.
+  !> Sets s%comparison, if records of forces were diagnosed and a cause of the verdict changes the flight of a case: the first such
+  !> case is compared.
   subroutine compare_flights(s, d)
     class(diagnosis_case_t), intent(inout) :: s
     type(diagnosis_t), intent(in) :: d
     type(flight_response_t) :: response
+    type(change_t), allocatable :: change(:)
     integer, allocatable :: columns(:)
     real(rp), allocatable :: directions(:, :), z(:, :), draws(:, :)
     real(rp) :: c(N_CHANGES), nothing(N_CHANGES)
-    integer :: i
+    integer :: i, k
     if (.not. s%flights%is_ready .or. .not. d%extended%is_found) return
-    columns = pack(d%extended%active, s%catalogue%parameters(d%extended%active)%kind == KIND_FLIGHT)
+    do k = 1, size(s%flights%cases)
+      change = s%flights%cases(k)%change_by(s%catalogue%parameters(d%extended%active))
+      columns = pack(d%extended%active, change%number > 0)
+      if (size(columns) > 0) exit
+    end do
     if (size(columns) == 0) return
-    response = approximation_of(d%extended, s%flights)
-    associate (p => s%catalogue%parameters(columns), q => d%extended%q(columns), result => s%comparison)
+    response = approximation_of(d%extended, s%flights%cases(k))
+    associate (p => s%catalogue%parameters(columns), q => d%extended%q(columns), result => s%comparison, case => s%flights%cases(k))
       call find_directions(posterior_of(d, columns), spread(1.0_rp, 1, size(columns)), size(columns), directions, result%share)
       call draw_directions(q, directions, p%lower, p%upper, s%options%seed, z)
       if (size(z, 2) == 0) return
       allocate (draws(N_MEANS, size(z, 2)))
       do i = 1, size(z, 2)
-        draws(:, i) = means_at(response, changes(p, q + matmul(directions, z(:, i))), s%flights)
+        draws(:, i) = means_at(response, case%changes_at(p, q + matmul(directions, z(:, i))), case)
       end do
       nothing = 0
-      c = changes(p, q)
-      call compare_means(means_at(s%flights%response, nothing, s%flights), means_at(response, c, s%flights), draws, result)
+      c = case%changes_at(p, q)
+      call compare_means(means_at(case%response, nothing, case), means_at(response, c, case), draws, result)
       result%n_directions = size(directions, 2)
-      result%path = s%flights%facts%path
-      result%is_section = s%flights%facts%is_section
+      result%path = case%facts%path
+      result%is_section = case%facts%is_section
     end associate
   end subroutine compare_flights
 
@@ -70,15 +75,6 @@ contains
     state = wing_state(fit%state)
     if (state%flight > 1) response = data%again(state%flight - 1)
   end function approximation_of
-
-  !> Returns the changes whose parameters p have the values q.
-  pure function changes(p, q) result(c)
-    type(wing_parameter_t), intent(in) :: p(:)
-    real(rp), intent(in) :: q(:)
-    real(rp) :: c(N_CHANGES)
-    c = 0
-    c(p%number) = q
-  end function changes
 
   !> Returns mean lift, drag and power of a flight with the changes c.
   pure function means_at(response, c, data) result(means)

@@ -7,12 +7,11 @@ module diagnosis_further_runs
   use base_outcome, only: outcome_t
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_flight_catalogue, only: flight_steps, rounded
+  use diagnosis_flight_data, only: append_requests, change_t, flight_cases_t, flight_data_t
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t
-  use diagnosis_wing_flight, only: flight_data_t
-  use diagnosis_wing_parameters, only: KIND_FLIGHT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_relinearisation, only: model_error_t
@@ -32,7 +31,7 @@ module diagnosis_further_runs
     type(wing_simulator_t), pointer, private :: simulator => null()
     type(discretisation_error_t), pointer, private :: other_mesh => null() !< if there is one
     class(flight_runner_t), pointer, private :: runner => null()           !< if further flights may be made
-    type(flight_data_t), pointer, private :: flights => null()
+    type(flight_cases_t), pointer, private :: flights => null()
   contains
     procedure :: init => runs_init
     procedure :: take_flights => runs_take_flights
@@ -63,7 +62,7 @@ contains
     class(further_runs_t), intent(inout) :: self
     integer, intent(in) :: most_rounds
     class(flight_runner_t), intent(in), target :: runner
-    type(flight_data_t), intent(in), target :: flights
+    type(flight_cases_t), intent(in), target :: flights
     self%most_rounds = most_rounds
     self%runner => runner
     self%flights => flights
@@ -119,30 +118,49 @@ contains
     type(failure_t), intent(inout) :: failure
     type(flight_request_t), allocatable :: requests(:)
     type(flight_record_t), allocatable :: records(:)
-    type(flight_response_t) :: response
-    real(rp) :: c(N_CHANGES), sd_of(N_FLOW), steps(N_FLOW), origin(N_FLOW)
-    logical :: refined(N_REFINEMENTS)
-    allocate (rows(0))
-    if (.not. associated(self%flights)) return
-    call find_changes(self, q, sd, c, sd_of)
-    if (.not. any(sd_of > 0)) return
-    associate (data => self%flights)
-      steps = flight_steps(data%facts, data%effects, sd_of)
-      response = data%response
-      origin = response%seen(c)
-      ! After rounding, data that differ little need the same flights.
-      where (sd_of > 0) origin = rounded(origin, NEAR*max(sd_of, tiny(1.0_rp)))
-      refined = .false. ! the others stay as at the case
-      refined(REFINE_GRID) = data%refined(REFINE_GRID)
-      requests = response%requests(steps, refined, origin)
-      call self%fly(requests, records, failure)
-      if (failure%failed) return
-      call response%move(origin, steps, refined, records, unmade)
+    type(flight_response_t) :: responses(count_cases(self))
+    real(rp), dimension(N_FLOW, size(responses)) :: sd_of, steps, origin
+    real(rp) :: c(N_CHANGES)
+    logical :: refined(N_REFINEMENTS, size(responses))
+    integer :: first(size(responses) + 1), k
+    allocate (rows(0), requests(0))
+    first = 0
+    do k = 1, size(responses)
+      associate (data => self%flights%cases(k))
+        call find_changes(self, data, q, sd, c, sd_of(:, k))
+        responses(k) = data%response
+        first(k + 1) = size(requests)
+        if (.not. any(sd_of(:, k) > 0)) cycle
+        steps(:, k) = flight_steps(data%facts, self%flights%effects, sd_of(:, k))
+        origin(:, k) = data%response%seen(c)
+        ! After rounding, data that differ little need the same flights.
+        where (sd_of(:, k) > 0) origin(:, k) = rounded(origin(:, k), NEAR*max(sd_of(:, k), tiny(1.0_rp)))
+        refined(:, k) = .false. ! the others stay as at the case
+        refined(REFINE_GRID, k) = data%refined(REFINE_GRID)
+        call append_requests(requests, data%response%requests(steps(:, k), refined(:, k), origin(:, k)), k)
+        first(k + 1) = size(requests)
+      end associate
+    end do
+    if (size(requests) == 0) return
+    call self%fly(requests, records, failure)
+    if (failure%failed) return
+    do k = 1, size(responses)
+      if (first(k + 1) == first(k)) cycle
+      call responses(k)%move(origin(:, k), steps(:, k), refined(:, k), records(first(k) + 1:first(k + 1)), unmade)
       if (unmade%failed) return
-      call append(data%again, response)
-      call approximate_flights(self%simulator, response, state, rows)
-    end associate
+    end do
+    do k = 1, size(responses)
+      call append(self%flights%cases(k)%again, responses(k))
+    end do
+    call approximate_flights(self%simulator, self%flights, state, rows)
   end subroutine runs_linearise
+
+  !> Returns the number of cases whose flights may be made again.
+  pure integer function count_cases(self) result(n)
+    class(further_runs_t), intent(in) :: self
+    n = 0
+    if (associated(self%flights)) n = size(self%flights%cases)
+  end function count_cases
 
   !> Appends a response to the others.
   subroutine append(responses, one)
@@ -160,41 +178,44 @@ contains
     call move_alloc(more, responses)
   end subroutine append
 
-  !> Gives `state` the approximation of forces over the beat by `response`. `rows` are the observations that this changes.
-  subroutine approximate_flights(simulator, response, state, rows)
+  !> Gives `state` the approximations of forces over the beat that were appended to all cases. `rows` are the observations that this
+  !> changes.
+  subroutine approximate_flights(simulator, flights, state, rows)
     type(wing_simulator_t), intent(inout) :: simulator
-    type(flight_response_t), intent(in) :: response
+    type(flight_cases_t), intent(in) :: flights
     class(solver_state_t), intent(inout) :: state
     integer, allocatable, intent(out) :: rows(:)
     integer :: i
     select type (state)
     type is (wing_state_t)
-      call simulator%motion%flight%add(response, state%flight)
+      call simulator%motion%flight%add(flights, size(flights%cases(1)%again), state%flight)
     class default
       call require(.false., 'approximate_flights: the state must be one of a wing')
     end select
     rows = [(i, i=simulator%n_observations - simulator%motion%flight%n + 1, simulator%n_observations)]
   end subroutine approximate_flights
 
-  !> Finds the changes c of kinematics and flow at q, and the standard deviations sd_of of those that flights simulate; 0 for those
-  !> that are not fitted.
-  subroutine find_changes(self, q, sd, c, sd_of)
+  !> Finds the changes c of kinematics and flow of a case at q, and the standard deviations sd_of of those that flights simulate; 0
+  !> for those that are not fitted.
+  subroutine find_changes(self, data, q, sd, c, sd_of)
     class(further_runs_t), intent(in) :: self
+    type(flight_data_t), intent(in) :: data
     real(rp), intent(in) :: q(:), sd(:)
     real(rp), intent(out) :: c(N_CHANGES), sd_of(N_FLOW)
+    type(change_t) :: change
     integer :: i, k
-    c = 0
     sd_of = 0
     associate (parameters => self%simulator%wing_parameters)
+      c = data%changes_at(parameters, q)
       do i = 1, size(q)
-        if (parameters(i)%kind /= KIND_FLIGHT) cycle
-        k = parameters(i)%number
-        c(k) = q(i)
+        change = data%change_by(parameters(i))
+        k = change%number
+        if (k == 0) cycle
         if (k /= FLOW_FREQUENCY) then
-          sd_of(k) = max(sd_of(k), sd(i))
+          sd_of(k) = max(sd_of(k), change%scale*sd(i))
         else
           sd_of(FLOW_VISCOSITY) = max(sd_of(FLOW_VISCOSITY), sd(i))
-          sd_of(FLOW_WIND + 1:FLOW_WIND + 3) = max(sd_of(FLOW_WIND + 1:FLOW_WIND + 3), sd(i)*abs(self%flights%facts%wind))
+          sd_of(FLOW_WIND + 1:FLOW_WIND + 3) = max(sd_of(FLOW_WIND + 1:FLOW_WIND + 3), sd(i)*abs(data%facts%wind))
         end if
       end do
     end associate
@@ -211,13 +232,15 @@ contains
     integer :: i, n
     n = size(requests)
     call self%world%broadcast_integer(n)
-    allocate (shared(n), numbers((N_FLOW + 1)*n))
-    if (size(requests) > 0) numbers = [([requests(i)%change, real(requests(i)%refinement, rp)], i=1, n)]
+    allocate (shared(n), numbers((N_FLOW + 2)*n))
+    if (size(requests) > 0) numbers = &
+      [([requests(i)%change, real([requests(i)%refinement, requests(i)%case], rp)], i=1, n)]
     call self%world%broadcast_reals(numbers)
     do i = 1, n
-      associate (one => numbers((N_FLOW + 1)*(i - 1) + 1:(N_FLOW + 1)*i))
+      associate (one => numbers((N_FLOW + 2)*(i - 1) + 1:(N_FLOW + 2)*i))
         shared(i)%change = one(:N_FLOW)
         shared(i)%refinement = nint(one(N_FLOW + 1))
+        shared(i)%case = nint(one(N_FLOW + 2))
       end associate
       wing = ''
       if (i <= size(requests)) then

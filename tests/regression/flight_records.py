@@ -172,22 +172,22 @@ def write_data(path, mean, seed, error=ERROR, noise=1.0, **attributes):
         flight["sd"] = sd
 
 
-def write_input(case, data, name, more="", cache="../flights", options=""):
+def write_input(case, data, name, more="", cache="../flights", options="", has_file=True):
     case_folder = case.folder / "case"
     if not case_folder.exists():
         write_case(case_folder, 8)
     (case.folder / f"{name}.ini").write_text(
         f"[Wing]\nfile = {SOURCE}/wings/calliphora_small.h5\nE = 12.58e9\nD = 2e-7\n[Measurement]\nfile = {data}\n"
         # The data come from the same box, wing and start, so that the simulation errs by its grid alone.
-        f"[Flight]\nfile = case/hover.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = {cache}\n"
+        f"[Flight]\n{'file = case/hover.ini' + chr(10) if has_file else ''}beats = {BEATS}\nharmonics = 12\nfolder = {cache}\n"
         f"{'' if 'model_sd' in more else 'model_sd = 0' + chr(10)}{'' if 'refine' in more else 'refine = grid' + chr(10)}{more}"
         f"[Diagnose]\n{'' if 'noise' in options else 'noise = declared' + chr(10)}draws = 1000\nstarts = 1\n{options}"
         f"[Saving]\nname = {name}\n")
 
 
-def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", options=""):
+def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", options="", has_file=True):
     """Exit code, JSON (or none) and what was printed."""
-    write_input(case, data, name, more, cache, options)
+    write_input(case, data, name, more, cache, options, has_file)
     done = case.flusi(f"{name}.ini", "--exit-code", *flags, ranks=ranks, timeout=300)
     path = case.folder / f"{name}.json"
     found = json.loads(path.read_text()) if path.exists() else None

@@ -6,9 +6,9 @@ module diagnosis_wing_catalogue
   use base_kinds, only: rp
   use base_parameter, only: define_parameter, parameter_t
   use diagnosis_flight_catalogue, only: enter_flights
+  use diagnosis_flight_data, only: flight_cases_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_structural, millimetres, percent
   use diagnosis_wing_damping, only: add_damping, enter_damping
-  use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_inertia, only: add_air, enter_inertia
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: missing_of
@@ -41,7 +41,7 @@ contains
     integer, intent(in) :: numbers(:)
     real(rp), intent(in) :: decades
     type(catalogue_t), intent(out) :: catalogue
-    type(flight_data_t), intent(in), optional :: flights !< of records of forces over the beat, if there are any
+    type(flight_cases_t), intent(in), optional :: flights !< of records of forces over the beat, if there are any
     type(parameter_t) :: p
     integer :: i, n
     allocate (catalogue%parameters(0), catalogue%effects(0))
@@ -59,7 +59,7 @@ contains
     end do
     catalogue%n_baseline = size(catalogue%parameters)
     if (present(flights)) then
-      if (flights%has_records) call enter_flights(catalogue, flights%facts, experiment%measurement%flights, flights%effects)
+      if (flights%has_records) call enter_flights(catalogue, flights%cases, experiment%measurement%flights, flights%effects)
       ! On a wing whose motion is prescribed, forces show nothing else.
       if (flights%has_records .and. size(experiment%loads) == 0 .and. .not. experiment%measurement%moves()) return
     end if

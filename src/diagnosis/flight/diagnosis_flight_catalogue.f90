@@ -7,11 +7,13 @@ module diagnosis_flight_catalogue
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use base_text, only: next_word
-  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, is_one_sided, list_change_causes, &
-                                      FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW, NEED_RIGID
+  use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, is_of_material, is_of_wing, &
+                                      is_one_sided, list_change_causes, FLOW_FREQUENCY, FLOW_PLATE, &
+                                      FLOW_VISCOSITY, FLOW_WIND, FLOW_YOUNG, N_CHANGES, N_FLOW, NEED_RIGID
+  use diagnosis_flight_data, only: flight_data_t
   use diagnosis_flight_runner, only: flight_facts_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t
-  use diagnosis_wing_parameters, only: wing_parameter, KIND_BALANCE, KIND_FLIGHT
+  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: variant_t
   use measurement_balance_causes, only: balance_scales_t, cross_components, list_balance_causes, BALANCE_OFFSET, BALANCE_TURN, &
                                         NEED_FORCES
@@ -43,6 +45,7 @@ contains
     integer :: j
     steps = 0
     is_needed = [(is_wanted(wanted, cause_of_change(j)), j=1, N_CHANGES)] .or. stated_errors(facts) > 0
+    if (.not. facts%is_alone) is_needed([FLOW_YOUNG, FLOW_PLATE]) = facts%shares
     do j = 1, N_FLOW
       if (facts%missing(j) /= '') cycle
       if (.not. (is_needed(j) .or. is_needed(FLOW_FREQUENCY) .and. &
@@ -145,18 +148,23 @@ contains
   end function flight_causes
 
   !> Adds to the catalogue all effects in the list `wanted` that records of forces can show. An empty `wanted` means all effects.
-  subroutine enter_flights(c, facts, flights, wanted)
+  !> `flights` are all records.
+  subroutine enter_flights(c, cases, flights, wanted)
     type(catalogue_t), intent(inout) :: c
-    type(flight_facts_t), intent(in) :: facts
+    type(flight_data_t), intent(in) :: cases(:)
     type(measured_flight_t), intent(in) :: flights(:)
     character(*), intent(in) :: wanted
     type(cause_t), allocatable :: list(:)
+    type(change_scales_t) :: scales
     integer :: i
-    list = list_change_causes(scales_of(facts))
+    scales = scales_of(cases(1)%facts)
+    scales%speed = maxval(cases%facts%speed)
+    list = list_change_causes(scales)
     do i = 1, size(list)
-      if (is_wanted(wanted, list(i)%name)) call enter_changes(c, list(i), facts)
+      if (is_of_material(list(i)%parameters(1)%number) .and. .not. all(cases%facts%is_alone)) cycle ! `enter_structure` enters them
+      if (is_wanted(wanted, list(i)%name)) call enter_changes(c, list(i), cases)
     end do
-    call enter_balance(c, facts, flights, wanted)
+    call enter_balance(c, cases(1)%facts, flights, wanted)
   end subroutine enter_flights
 
   !> Returns why the flights that change j needs cannot be made: the first such reason in reasons(N_FLOW), or an empty text. A
@@ -177,51 +185,125 @@ contains
     end do
   end function first_reason
 
-  !> Excludes from the test every effect that needs a flight that failed. `reason(j)` says why the flights of change j failed; it
-  !> is empty if they did not fail.
-  subroutine exclude_unflown(c, facts, reason)
+  !> Excludes from the test what needs a flight that failed: variants and, if none is left, effects.
+  subroutine exclude_unflown(c, cases)
     type(catalogue_t), intent(inout) :: c
-    type(flight_facts_t), intent(in) :: facts
-    character(*), intent(in) :: reason(N_FLOW)
-    character(:), allocatable :: why
-    integer :: e, k, j
+    type(flight_data_t), intent(in) :: cases(:)
+    type(variant_t), allocatable :: left(:)
+    character(:), allocatable :: missing
+    logical, allocatable :: is_flown(:)
+    integer :: e, v, k, n
     do e = 1, size(c%effects)
       if (c%effects(e)%missing /= '' .or. size(c%effects(e)%variants) == 0) cycle
-      associate (columns => c%effects(e)%variants(1)%columns)
-        do k = 1, size(columns)
-          if (c%parameters(columns(k))%kind /= KIND_FLIGHT) cycle
-          j = c%parameters(columns(k))%number
-          why = first_reason(j, facts, reason)
-          if (why /= '') c%effects(e)%missing = why
+      associate (variants => c%effects(e)%variants)
+        allocate (is_flown(size(variants)), source=.true.)
+        missing = ''
+        do v = 1, size(variants)
+          do k = 1, size(variants(v)%columns)
+            associate (p => c%parameters(variants(v)%columns(k)))
+              if (p%kind /= KIND_FLIGHT) cycle
+              if (why_unflown(p%number, p%record) == '') cycle
+              is_flown(v) = .false.
+              missing = why_unflown(p%number, p%record)
+            end associate
+          end do
+        end do
+        allocate (left(count(is_flown)))
+        n = 0
+        do v = 1, size(variants)
+          if (.not. is_flown(v)) cycle
+          n = n + 1
+          left(n) = variants(v)
         end do
       end associate
+      if (size(left) == 0) c%effects(e)%missing = missing
+      if (size(left) > 0) call move_alloc(left, c%effects(e)%variants)
+      if (allocated(left)) deallocate (left)
+      deallocate (is_flown)
     end do
+
+  contains
+
+    !> Returns why the flights of change j of a case failed, or of any case if `number` is 0. Empty if they did not.
+    pure function why_unflown(j, number) result(why)
+      integer, intent(in) :: j, number
+      character(:), allocatable :: why
+      integer :: i
+      why = ''
+      do i = 1, size(cases)
+        if (any(number == [0, i]) .and. why == '') why = first_reason(j, cases(i)%facts, cases(i)%response%reason)
+      end do
+    end function why_unflown
+
   end subroutine exclude_unflown
 
-  !> Enters a cause whose parameters are changes, which are fitted together.
-  subroutine enter_changes(c, cause, facts)
+  !> Enters a cause whose parameters are changes, which are fitted together. With several cases a cause acts on all of them or,
+  !> unless the wing itself has it, on one of them alone.
+  subroutine enter_changes(c, cause, cases)
     type(catalogue_t), intent(inout) :: c
     type(cause_t), intent(in) :: cause
-    type(flight_facts_t), intent(in) :: facts
+    type(flight_data_t), intent(in) :: cases(:)
     type(variant_t), allocatable :: variants(:)
-    integer, allocatable :: columns(:)
-    character(:), allocatable :: missing
-    integer :: k
+    character(:), allocatable :: missing, why
+    integer :: k, n
     call require(all(cause%needs == NEED_RIGID), 'diagnosis_flight_catalogue: an unknown need of '//cause%name)
-    allocate (columns(0), variants(0))
+    allocate (variants(0))
+    n = size(cases)
+    if (n == 1 .or. is_of_wing(cause%parameters(1)%number)) n = 0
     missing = ''
+    do k = 0, n
+      why = why_not(cause, cases, k)
+      if (k == 0) missing = why
+      if (why == '') call append_changes(c, cause, cases, k, variants)
+    end do
+    if (size(variants) > 0) missing = ''
+    if (size(variants) == 0) call append_changes(c, cause, cases, 0, variants)
+    call c%enter(cause, missing, variants)
+  end subroutine enter_changes
+
+  !> Appends the changes of all cases (0), or those of case `number` alone, to the variants of a cause.
+  subroutine append_changes(c, cause, cases, number, variants)
+    type(catalogue_t), intent(inout) :: c
+    type(cause_t), intent(in) :: cause
+    type(flight_data_t), intent(in) :: cases(:)
+    integer, intent(in) :: number
+    type(variant_t), allocatable, intent(inout) :: variants(:)
+    type(wing_parameter_t) :: p
+    character(:), allocatable :: label
+    integer, allocatable :: columns(:)
+    integer :: k
+    allocate (columns(0))
     do k = 1, size(cause%parameters)
       associate (one => cause%parameters(k))
         if (.not. one%is_tried) cycle
-        columns = [columns, c%add(wing_parameter(one%value%as_coordinate(one%value%null), KIND_FLIGHT, one%number))]
-        if (missing == '') missing = first_reason(one%number, facts, facts%missing)
+        p = wing_parameter(one%value%as_coordinate(one%value%null), KIND_FLIGHT, one%number)
+        p%record = number
+        columns = [columns, c%add(p)]
       end associate
     end do
-    if (missing == '' .and. any(cause%needs == NEED_RIGID) .and. facts%is_flexible) missing = 'needs wings that do not bend'
-    call append_variant(variants, '', columns(1), [0.0_rp, 0.0_rp])
-    variants(1)%columns = columns
-    call c%enter(cause, missing, variants)
-  end subroutine enter_changes
+    label = ''
+    if (number > 0) label = cases(number)%facts%label
+    call append_variant(variants, label, columns(1), [0.0_rp, 0.0_rp])
+    variants(size(variants))%columns = columns
+  end subroutine append_changes
+
+  !> Returns why all cases together (0), or case `number`, cannot make the changes of a cause; empty if they can.
+  pure function why_not(cause, cases, number) result(why)
+    type(cause_t), intent(in) :: cause
+    type(flight_data_t), intent(in) :: cases(:)
+    integer, intent(in) :: number
+    character(:), allocatable :: why
+    integer :: i, k
+    why = ''
+    do i = 1, size(cases)
+      if (all(number /= [0, i])) cycle
+      do k = 1, size(cause%parameters)
+        if (why == '' .and. cause%parameters(k)%is_tried) &
+          why = first_reason(cause%parameters(k)%number, cases(i)%facts, cases(i)%facts%missing)
+      end do
+      if (why == '' .and. any(cause%needs == NEED_RIGID) .and. cases(i)%facts%is_flexible) why = 'needs wings that do not bend'
+    end do
+  end function why_not
 
   !> Enters the errors of the force balance that are wanted and that the records can show.
   subroutine enter_balance(c, facts, flights, wanted)

@@ -9,15 +9,17 @@ module diagnosis_flight_changes
   use measurement_balance_causes, only: NEED_FORCES
   implicit none
   private
-  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_of_flow, is_one_sided
+  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_of_flow, is_of_material, is_of_wing, &
+            is_one_sided
 
   !> The numbers of the changes that a flight can make. Amplitudes change by a relative amount, angles by degrees, the lead by a
-  !> fraction of a beat, the wind by m/s, and the viscosity and the area of the wings by the logarithm of a factor. What the case
+  !> fraction of a beat, the wind by m/s, and viscosity, area of the wings, E and D by the logarithm of a factor. What the case
   !> leaves out altogether (bending, a wall, a body) comes in parts of what a user states.
   integer, parameter, public :: FLOW_STROKE = 1, FLOW_STROKE_MEAN = 2, FLOW_PITCH = 3, FLOW_PITCH_MEAN = 4, FLOW_LEAD = 5, &
                                 FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, FLOW_AREA = 12, &
                                 FLOW_DEVIATION_COS = 13, FLOW_DEVIATION_SIN = 14, &
-                                FLOW_BENDING = 15, FLOW_WALL = 16, FLOW_BODY = 17, N_FLOW = 17
+                                FLOW_BENDING = 15, FLOW_WALL = 16, FLOW_BODY = 17, &
+                                FLOW_YOUNG = 18, FLOW_PLATE = 19, N_FLOW = 19
   integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< the changes that are flown, and this one
 
   integer, parameter, public :: NEED_RIGID = NEED_FORCES + 1 !< wings that do not bend
@@ -68,6 +70,12 @@ contains
     call enlist(list, omission(FLOW_BODY, 'body', 'a body', &
                                'There was a body between the wings that the simulation leaves out.', 'A body displaced', &
                                'as much as [Flight] body_length and body_radius say', BENT//', and [Flight] body_length'))
+    call enlist(list, stiffness(FLOW_YOUNG, 'vein_stiffness', 'veins of another stiffness', &
+                                'The veins were stiffer, or softer, than those of the case.', &
+                                'The veins are stiffer: E is', 'The veins are softer: E is'))
+    call enlist(list, stiffness(FLOW_PLATE, 'membrane_stiffness', 'a membrane of another stiffness', &
+                                'The membrane resists bending more, or less, than that of the case.', &
+                                'The membrane is stiffer: D is', 'The membrane is softer: D is'))
     do i = 1, size(list)
       do k = 1, size(list(i)%parameters)
         associate (p => list(i)%parameters(k))
@@ -82,6 +90,18 @@ contains
     integer, intent(in) :: number
     is_of_flow = any(number == [FLOW_VISCOSITY, FLOW_WALL, FLOW_BODY]) .or. number > FLOW_WIND .and. number <= FLOW_WIND + 3
   end function is_of_flow
+
+  !> Tells whether a change belongs to the wings or the body, so that no flight can have it alone.
+  pure elemental logical function is_of_wing(number)
+    integer, intent(in) :: number
+    is_of_wing = any(number == [FLOW_AREA, FLOW_BENDING, FLOW_BODY]) .or. is_of_material(number)
+  end function is_of_wing
+
+  !> Tells whether a change is one of E or D of wings that bend: with other data of the wing, these are parameters of all data.
+  pure elemental logical function is_of_material(number)
+    integer, intent(in) :: number
+    is_of_material = any(number == [FLOW_YOUNG, FLOW_PLATE])
+  end function is_of_material
 
   !> Tells whether a change cannot be made in both directions: what the case leaves out can only be added.
   pure elemental logical function is_one_sided(number)
@@ -200,6 +220,17 @@ contains
     call word_factor(c%parameters(1)%words, SCALE_FACTOR, 'The area of the wings was', 'The area of the wings was', 'larger', &
                      'smaller', 'than in the simulation', 'that in the simulation', 1.0_rp)
   end function wing_area
+
+  !> Returns the cause of another E or D of wings that bend.
+  pure function stiffness(number, name, title, sentence, up, down) result(c)
+    integer, intent(in) :: number
+    character(*), intent(in) :: name, title, sentence, up, down
+    type(cause_t) :: c
+    c = make_cause(name, title, sentence, MOTIONS//' on wings that bend, without other data of the wing')
+    call c%add(number, effect_parameter(name, '1', .true., 0.3_rp, 3.0_rp, 0.2_rp))
+    call word_factor(c%parameters(1)%words, SCALE_FACTOR, up, down, 'higher', 'lower', 'than in the case', &
+                     'that of the case', 1.0_rp)
+  end function stiffness
 
   !> Returns the cause of something that the case leaves out. Its parameter is 0 without it and 1 for all of it.
   pure function omission(number, name, title, sentence, lead, than, data) result(c)

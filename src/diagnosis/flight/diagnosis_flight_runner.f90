@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Defines what a diagnosis needs from a program that simulates flights. The program changes the kinematics or the flow of a given
-!> case, simulates the flight, and returns forces, torques, power and the places of landmarks over the last beat. A diagnosis does
+!> Defines what a diagnosis needs from a program that simulates flights. The program changes the kinematics or the flow of given
+!> cases, simulates the flight, and returns forces, torques, power and the places of landmarks over the last beat. A diagnosis does
 !> not know the fluid solver; a program extends `flight_runner_t`.
 module diagnosis_flight_runner
   use base_kinds, only: rp
@@ -19,6 +19,7 @@ module diagnosis_flight_runner
   type :: flight_request_t
     real(rp) :: change(N_FLOW) = 0
     integer :: refinement = NOT_REFINED                !< or REFINE_*
+    integer :: case = 1                                !< number of the case
     character(:), allocatable :: wing                  !< sections of an input file that replace those of the case
   end type flight_request_t
 
@@ -33,12 +34,16 @@ module diagnosis_flight_runner
   !> The facts are what is known of the case before any flight. They are in SI units.
   type :: flight_facts_t
     character(:), allocatable :: path
+    character(:), allocatable :: label                 !< which of the records it simulates, in words; empty: all
     logical :: is_section = .false.                    !< two-dimensional
     logical :: is_flexible = .false.                   !< its wings bend
     real(rp) :: frequency = 0                          !< [Hz] of the beat
     real(rp) :: speed = 0                              !< [m/s] mean of the wing tip, of the plate in a section
     real(rp) :: wind(3) = 0                            !< [m/s]
     real(rp) :: along(3) = [1, 0, 0]                   !< unit vector along which drag points
+    logical :: is_alone = .true.                       !< the wing has no other data: E and D are causes here
+    logical :: shares(2) = .false.                     !< E and D are parameters of other data, too, and the wings bend
+    real(rp) :: material(3) = 1                        !< E [Pa], D [N m] and thickness [m] of wings that bend
     real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
@@ -49,7 +54,6 @@ module diagnosis_flight_runner
   end type flight_facts_t
 
   type, abstract :: flight_runner_t
-    type(flight_facts_t) :: facts
   contains
     procedure(fly_interface), deferred :: fly
     procedure(missing_interface), deferred :: are_missing

@@ -7,12 +7,13 @@
 module diagnosis_wing_flight
   use base_kinds, only: rp
   use diagnosis_flight_catalogue, only: stated_errors
+  use diagnosis_flight_data, only: change_t, flight_data_t
   use diagnosis_flight_landmarks, only: count_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns, &
                                         N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
   use diagnosis_flight_refinements, only: error_over_change, N_REFINEMENTS
-  use diagnosis_flight_runner, only: flight_facts_t, N_PHASES
+  use diagnosis_flight_runner, only: N_PHASES
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: labels_t
@@ -21,19 +22,7 @@ module diagnosis_wing_flight
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
-  public :: flight_data_t, wing_flight_t
-
-  !> The data hold everything that is known of flights before the statistics begin.
-  type :: flight_data_t
-    logical :: has_records = .false. !< there are any; the rest counts then
-    type(flight_response_t) :: response
-    type(flight_facts_t) :: facts
-    character(:), allocatable :: effects !< of the catalogue that are tested; empty: all
-    logical :: refined(N_REFINEMENTS) = .false. !< numerical errors whose effect a flight of its own shows
-    real(rp) :: model_sd = 0        !< relative error of all simulated components together, and of each, the same over the beat
-    logical :: is_ready = .false.   !< flights have been flown
-    type(flight_response_t), allocatable :: again(:) !< approximations about fitted values, in the order of their flights
-  end type flight_data_t
+  public :: wing_flight_t
 
   !> Forces for other kinematics and another flow, near the flight about which they are approximated.
   type :: approximation_t
@@ -41,6 +30,9 @@ module diagnosis_wing_flight
     real(rp), allocatable :: rest(:) !< (n) of this flight, what its series leaves, in sd
   end type approximation_t
 
+  integer, parameter :: KIND_OF_OTHERS = 0 !< of changes of another case alone
+
+  !> The records that one case simulates.
   type :: wing_flight_t
     integer :: n = 0                !< observations
     integer :: n_nuisances = 0
@@ -48,6 +40,7 @@ module diagnosis_wing_flight
     type(flight_data_t), private :: data
     type(measured_flight_t), allocatable, private :: flights(:)
     integer, allocatable, private :: kind(:), number(:) !< of the parameters
+    type(change_t), allocatable, private :: change(:)   !< by each of them
     complex(rp), allocatable, private :: inertia(:, :)
     integer, allocatable, private :: camera(:)          !< (records), 0: an error of its axes is not stated
     integer, allocatable, private :: record(:)          !< (n) to which an observation belongs,
@@ -82,6 +75,9 @@ contains
     self%flights = flights
     self%kind = parameters%kind
     self%number = parameters%number
+    self%change = data%change_by(parameters)
+    where (self%change%number > 0) self%kind = KIND_FLIGHT
+    where (self%change%number == 0 .and. self%kind == KIND_FLIGHT) self%kind = KIND_OF_OTHERS
     allocate (self%inertia(0:data%response%n_harmonics, N_COMPONENTS))
     self%inertia = balance_harmonics(data%facts%inertia, data%response%n_harmonics)
     allocate (self%record(0), self%time(0))
@@ -208,7 +204,9 @@ contains
     c = 0
     p = 0
     do i = 1, size(q)
-      if (self%kind(i) == KIND_FLIGHT) c(self%number(i)) = q(i)
+      associate (j => self%change(i)%number)
+        if (j > 0) c(j) = c(j) + self%change(i)%scale*(q(i) - self%change(i)%origin)
+      end associate
       if (self%kind(i) == KIND_BALANCE) p(self%number(i)) = q(i)
     end do
   end subroutine split
@@ -231,7 +229,8 @@ contains
       i = columns(k)
       jacobian(:, k) = 0
       if (self%kind(i) == KIND_FLIGHT) &
-        call self%show(without_additions(p), self%data%response%derivative(c, self%number(i)), jacobian(:, k))
+        call self%show(without_additions(p), self%change(i)%scale*self%data%response%derivative(c, self%change(i)%number), &
+                       jacobian(:, k))
       if (self%kind(i) == KIND_BALANCE) call self%show(p, series, jacobian(:, k), self%number(i))
     end do
   end subroutine flight_evaluate

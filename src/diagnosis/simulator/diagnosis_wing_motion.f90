@@ -4,7 +4,8 @@
 module diagnosis_wing_motion
   use base_kinds, only: rp
   use diagnosis_families, only: FAMILY_FLIGHT
-  use diagnosis_wing_flight, only: flight_data_t, wing_flight_t
+  use diagnosis_flight_data, only: flight_cases_t
+  use diagnosis_wing_flights, only: wing_flights_t
   use diagnosis_wing_modes, only: wing_modes_t
   use diagnosis_wing_parameters, only: wing_parameter_t
   use diagnosis_wing_series, only: wing_series_t
@@ -21,7 +22,7 @@ module diagnosis_wing_motion
     integer :: n_nuisances = 0 !< number of nuisances, those of records
     type(wing_modes_t) :: modes
     type(wing_series_t) :: series
-    type(wing_flight_t) :: flight
+    type(wing_flights_t) :: flight
   contains
     procedure :: init => motion_init
     procedure :: free => motion_free
@@ -42,7 +43,7 @@ contains
     type(wing_t), intent(in), target :: wing
     type(wing_parameter_t), intent(in) :: parameters(:)
     type(mass_parts_t), intent(in) :: parts
-    type(flight_data_t), intent(in) :: flights !< used if it is ready
+    type(flight_cases_t), intent(in) :: flights !< used if it is ready
     if (bare%measurement%count_modes() > 0) call self%modes%init(bare, wing, parameters, parts)
     if (bare%measurement%count_series() > 0) call self%series%init(bare, wing, parameters, parts)
     if (flights%is_ready) call self%flight%init(bare%measurement%flights, parameters, flights)

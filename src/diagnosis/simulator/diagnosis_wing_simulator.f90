@@ -10,11 +10,11 @@
 !>     end if
 module diagnosis_wing_simulator
   use base_kinds, only: rp
+  use diagnosis_flight_data, only: flight_cases_t
   use diagnosis_families, only: FAMILY_FORCE, FAMILY_SCANS, FAMILY_STIFFNESS, FAMILY_VEINS
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
-  use diagnosis_wing_flight, only: flight_data_t
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_lattice, only: lay_out_patterns
   use diagnosis_wing_motion, only: wing_motion_t
@@ -92,7 +92,7 @@ contains
     type(bins_t), intent(in) :: bins
     type(wing_patterns_t), intent(in) :: patterns
     type(mass_parts_t), intent(in) :: parts !< of the wing's mass, for natural modes and records of motion
-    type(flight_data_t), intent(in) :: flights
+    type(flight_cases_t), intent(in) :: flights
     type(diagnosed_wing_t), allocatable :: diagnosed
     class(observed_wing_t), allocatable :: observed
     class(bending_runner_t), allocatable :: runner

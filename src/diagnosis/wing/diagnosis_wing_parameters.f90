@@ -48,7 +48,7 @@ module diagnosis_wing_parameters
     integer :: number = 0        !< of the parameter, the hinge, the offset or another quantity
     real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage; x, y of a point mass
     real(rp) :: time = 0         !< [s] of a relaxation; of a period of the base
-    integer :: record = 0        !< of a motion of the base
+    integer :: record = 0        !< of a motion of the base; the case that a change of a flight belongs to, 0: all
     integer :: partner = 0       !< its parameter for the frequency
     integer :: vein = 0          !< of a soft hinge
     real(rp) :: fraction = 0     !< position of the hinge, as a fraction of the vein's length

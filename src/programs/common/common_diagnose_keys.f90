@@ -32,7 +32,7 @@ module common_diagnose_keys
 
   !> Holds what a user chooses for the simulation of flights.
   type :: flight_choices_t
-    character(:), allocatable :: file, folder, effects, refine
+    character(:), allocatable :: file, records, folder, effects, refine
     integer :: ranks = 0, beats = 1, harmonics = 1, rounds = 0, directions = 1
     logical :: compare = .false.
     real(rp) :: model_sd = 0
@@ -153,6 +153,9 @@ contains
                       'of flights with the wings of a diagnosis')
     call keys%text('file', c%file, '', 'parameter file of flusi that simulates the experiment, with the measured kinematics '// &
                    'and a section [units]')
+    call keys%text('records', c%records, '', 'records of /flight that another case than `file` simulates: RECORD: FILE, with '// &
+                   'commas between several; each case is flown for itself, and causes are sought in all cases together and '// &
+                   'in the records of each case alone')
     call keys%text('folder', c%folder, 'flights', 'folder of the simulated flights; flights that are complete there are not '// &
                    'simulated again')
     call keys%integer('ranks', c%ranks, 0, 'ranks for each flight, so that several flights run at the same time; 0: all ranks '// &

@@ -5,6 +5,7 @@ module diagnose_findings
   use base_parameter, only: parameter_t
   use diagnose_words, only: finding_t, finding_text, strength_text
   use diagnosis_case, only: diagnosis_case_t
+  use diagnosis_wing_parameters, only: KIND_FLIGHT
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
   use least_squares_profile, only: interval_t
@@ -103,6 +104,9 @@ contains
         end if
         if (text /= '') text = text//'; '
         text = text//finding_text(finding)
+        ! Words for a change of the flight have no place for the records that show it.
+        if (s%catalogue%parameters(one%columns(k))%kind == KIND_FLIGHT .and. finding%site /= '') &
+          text = text//' ('//finding%site//')'
       end do
     end associate
   end function fit_text

@@ -8,12 +8,11 @@ module diagnose_flight_json
   use base_text_file, only: write_text
   use diagnose_counts, only: counts_t
   use diagnose_settings, only: diagnose_settings_t
-  use diagnosis_flight_changes, only: FLOW_FREQUENCY
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, N_CHANGES, N_FLOW
+  use diagnosis_flight_data, only: flight_cases_t, flight_data_t
   use diagnosis_flight_refinements, only: refinement_names, N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_request_t
-  use diagnosis_flight_changes, only: N_FLOW
-  use diagnosis_wing_flight, only: flight_data_t, wing_flight_t
-  use diagnosis_wing_parameters, only: KIND_FLIGHT
+  use diagnosis_wing_flights, only: wing_flights_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
@@ -32,9 +31,9 @@ contains
     type(counts_t), intent(in) :: counts
     type(diagnosis_t), intent(in) :: d
     integer, intent(in) :: kind !< DATA_FLIGHT or DATA_LANDMARKS
-    type(wing_flight_t) :: flight
+    type(wing_flights_t) :: flight
     real(rp), allocatable :: baseline(:), extended(:), refined(:, :), nothing(:, :)
-    integer :: r, k, at, n, surface
+    integer :: r, k, at, n, surface, c
     if (.not. s%flights%is_ready) return
     call flight%init(s%measurement%flights, s%catalogue%parameters, s%flights)
     allocate (baseline(flight%n), extended(flight%n), refined(flight%n, flight%n_nuisances), nothing(flight%n, 0))
@@ -48,7 +47,8 @@ contains
     at = 0
     surface = size(counts%kind) - sum([(size(s%measurement%flights(r)%component), r=1, size(s%measurement%flights))])
     do r = 1, size(s%measurement%flights)
-      associate (f => s%measurement%flights(r))
+      c = s%flights%case_of(r)
+      associate (f => s%measurement%flights(r), case => s%flights%cases(c))
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
           at = at + n
@@ -64,7 +64,8 @@ contains
           call json%put('sd', pack(f%sd(:, k), f%is_known(:, k)))
           call put_residuals('simulated', baseline(at - n + 1:at))
           call put_residuals('extended', extended(at - n + 1:at))
-          call put_differences(json, s%flights%refined, refined(at - n + 1:at, :))
+          call put_differences(json, case%refined, refined(at - n + 1:at, flight%nuisance(c) + 1:))
+          if (size(s%flights%cases) > 1) call json%put('case', case%facts%path)
           call json%close()
         end do
       end associate
@@ -84,17 +85,35 @@ contains
 
   end subroutine put_flights
 
-  !> Adds which case was flown, and how.
+  !> Adds which cases were flown, and how. The facts of the first one are in the open object itself.
   subroutine put_facts(json, s, d)
     type(json_t), intent(inout) :: json
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
-    call json%put('case', s%flights%facts%path)
-    call json%put('frequency_hz', s%flights%facts%frequency)
-    call json%put('is_section', s%flights%facts%is_section)
-    call json%put('is_refined', s%flights%refined(REFINE_GRID))
-    call json%put('refinements', refinement_names(s%flights%refined))
+    integer :: k
+    call put_case(s%flights%cases(1))
     call put_rounds(json, d)
+    if (size(s%flights%cases) == 1) return
+    call json%open_list('cases')
+    do k = 1, size(s%flights%cases)
+      call json%open_object('')
+      call put_case(s%flights%cases(k))
+      call json%close()
+    end do
+    call json%close()
+
+  contains
+
+    !> Adds the facts of one case.
+    subroutine put_case(data)
+      type(flight_data_t), intent(in) :: data
+      call json%put('case', data%facts%path)
+      call json%put('frequency_hz', data%facts%frequency)
+      call json%put('is_section', data%facts%is_section)
+      call json%put('is_refined', data%refined(REFINE_GRID))
+      call json%put('refinements', refinement_names(data%refined))
+    end subroutine put_case
+
   end subroutine put_facts
 
   !> Adds which component of the force, or which coordinate of which landmark, column k of a record is.
@@ -129,12 +148,12 @@ contains
   !> Takes the approximation of forces with which a fit was made.
   subroutine use_flight_of(fitted, data, flight)
     type(nested_fit_t), intent(in) :: fitted
-    type(flight_data_t), intent(in) :: data
-    type(wing_flight_t), intent(inout) :: flight
+    type(flight_cases_t), intent(in) :: data
+    type(wing_flights_t), intent(inout) :: flight
     integer :: i, number
-    if (.not. fitted%is_found .or. .not. allocated(data%again)) return
-    do i = 1, size(data%again)
-      call flight%add(data%again(i), number)
+    if (.not. fitted%is_found .or. .not. allocated(data%cases(1)%again)) return
+    do i = 1, size(data%cases(1)%again)
+      call flight%add(data, i, number)
     end do
     select type (state => fitted%state)
     type is (wing_state_t)
@@ -153,26 +172,28 @@ contains
     call json%put('no_more_rounds', d%rounds%reason)
   end subroutine put_rounds
 
-  !> Writes NAME_extended_flight.ini: the case with the errors of the kinematics and the flow that were found. Another beat
-  !> frequency is only mentioned in a comment. Writes nothing if no other error was found.
+  !> Writes NAME_extended_flight.ini, and for the further cases NAME_extended_flight_2.ini and so on: the case with the errors of
+  !> the kinematics and the flow that were found. Another beat frequency is only mentioned in a comment. Writes no file for a case
+  !> in which no other error was found.
   subroutine write_extended_flight(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d
     type(failure_t), intent(inout) :: failure
     type(flight_request_t) :: request
-    character(:), allocatable :: head
-    integer :: i
+    character(:), allocatable :: head, name
+    real(rp) :: c(N_CHANGES)
+    integer :: k
     if (failure%failed .or. .not. s%flights%is_ready .or. .not. d%extended%is_found) return
-    head = '; Run this file in the folder of the case.'//new_line('a')
-    do i = 1, size(s%catalogue%parameters)
-      associate (p => s%catalogue%parameters(i))
-        if (p%kind == KIND_FLIGHT .and. p%number <= N_FLOW) request%change(p%number) = d%extended%q(i)
-        if (p%kind == KIND_FLIGHT .and. p%number == FLOW_FREQUENCY .and. abs(d%extended%q(i)) > 0) &
-          head = head//'; The beat that was found is '//number_text(exp(d%extended%q(i)))//' times as fast as the beat of the '// &
-                 'case. This file has the beat of the case: change it in the case.'//new_line('a')
-      end associate
+    do k = 1, size(s%flights%cases)
+      head = '; Run this file in the folder of the case.'//new_line('a')
+      c = s%flights%cases(k)%changes_at(s%catalogue%parameters, d%extended%q)
+      request%change = c(:N_FLOW)
+      if (abs(c(FLOW_FREQUENCY)) > 0) head = head//'; The beat that was found is '//number_text(exp(c(FLOW_FREQUENCY)))// &
+        ' times as fast as the beat of the case. This file has the beat of the case: change it in the case.'//new_line('a')
+      if (.not. any(abs(request%change) > 0)) cycle
+      name = s%name//'_extended_flight'
+      if (k > 1) name = name//'_'//number_text(k)
+      call write_text(name//'.ini', head//s%runner%cases(k)%text(request), failure)
     end do
-    if (.not. any(abs(request%change) > 0)) return
-    call write_text(s%name//'_extended_flight.ini', head//s%runner%case%text(request), failure)
   end subroutine write_extended_flight
 end module diagnose_flight_json

@@ -16,8 +16,9 @@ module diagnose_job
   use diagnose_comparison, only: print_comparison
   use diagnose_draws, only: draws_file_t
   use diagnose_files, only: write_fragments, write_maps
+  use diagnose_flight_cost, only: print_cost, print_wing_cost
   use diagnose_flight_json, only: write_extended_flight
-  use diagnose_flight_settings, only: fly_all, print_cost, print_wing_cost
+  use diagnose_flight_settings, only: fly_all
   use diagnose_json, only: write_diagnosis_json
   use diagnose_next, only: write_next
   use diagnose_plan_report, only: print_plan
@@ -130,7 +131,7 @@ contains
     type(diagnose_command_t), intent(in) :: command
     associate (s => self%settings)
       if (s%choices%flight%compare .and. self%world%is_root) &
-        call print_wing_cost(output_unit, s%choices%flight%directions, s%runner, s%flights%facts, self%world)
+        call print_wing_cost(output_unit, s%choices%flight%directions, s%runner, s%flights, self%world)
       if (.not. s%flights%has_records) return
       if (self%world%is_root) call print_cost(output_unit, s%choices%flight%rounds, s%runner, s%flights, self%world)
       flush (output_unit)

@@ -77,6 +77,7 @@ contains
     if (errors%count() > 0) return
     if (s%fits_finer) call take_finer(s)
     call check_modes(s, errors)
+    s%flights%free = s%free_parameters%numbers
     if (errors%count() == 0) call load_flights(s%config, s%choices%flight, s%measurement, world, s%runner, s%flights, &
                                                errors, notices)
     if (errors%count() == 0) call make_all(s, errors, notices)
@@ -133,7 +134,7 @@ contains
     if (s%fits_finer) params = coarsen_params(params)
     request%wing = wing_lines(params, s%wing_case)
     allocate (unused)
-    call s%runner%case%read(request, unused, of_case, world)
+    call s%runner%cases(1)%read(request, unused, of_case, world)
     do i = 1, of_case%count()
       call s%config%complain(errors, 'Flight', 'compare', 'the case cannot be simulated with the wing of this diagnosis: '// &
                              of_case%text(i))

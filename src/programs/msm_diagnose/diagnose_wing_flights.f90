@@ -123,7 +123,7 @@ contains
     real(rp) :: means(N_MEANS, size(records)), beside(N_MEANS, 2, size(steps, 2))
     integer :: i, k, side, n
     do i = 1, size(records)
-      means(:, i) = means_of(sum(records(i)%values, 1)/N_PHASES, s%flights%facts%along)
+      means(:, i) = means_of(sum(records(i)%values, 1)/N_PHASES, s%flights%cases(1)%facts%along)
     end do
     beside = 0
     n = 2
@@ -140,7 +140,7 @@ contains
     end if
     call compare_means(means(:, 1), means(:, 2), means_along(z, means(:, 2), beside(:, 1, :), beside(:, 2, :), steps), s%comparison)
     s%comparison%is_flown = .true.
-    s%comparison%path = s%flights%facts%path
-    s%comparison%is_section = s%flights%facts%is_section
+    s%comparison%path = s%flights%cases(1)%facts%path
+    s%comparison%is_section = s%flights%cases(1)%facts%is_section
   end subroutine compare_records
 end module diagnose_wing_flights

@@ -14,8 +14,8 @@ module diagnose_flight_case
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, N_PHASES
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN, FLOW_LEAD, &
-                                      FLOW_AREA, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_STROKE, &
-                                      FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND
+                                      FLOW_AREA, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_PLATE, FLOW_STROKE, &
+                                      FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND, FLOW_YOUNG
   use fluid_mean_keys, only: MEAN_FIXED
   use fsi_body_motion, only: MOTION_TABLE
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
@@ -26,6 +26,7 @@ module diagnose_flight_case
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   use simulation_plans, only: expected_steps
+  use solid_usual_causes, only: PARAM_THICKNESS
   use simulation_settings, only: load_settings, settings_t
   implicit none
   private
@@ -117,6 +118,11 @@ contains
         facts%missing(FLOW_DEVIATION) = 'the kinematics have no deviation whose amplitude could differ'
       if (any(s%fluid%mean%kind /= MEAN_FIXED)) facts%missing(FLOW_WIND + 1:FLOW_WIND + 3) = &
         'needs a prescribed mean flow: [MeanFlow] iMeanFlow = 1'
+      if (s%flexible) then
+        facts%material = [s%coupler%model%params%young, s%coupler%model%params%plate, s%coupler%model%params%get(PARAM_THICKNESS)]
+      else
+        facts%missing([FLOW_YOUNG, FLOW_PLATE]) = 'needs wings that bend'
+      end if
       call expected_steps(s, dt, speed, facts%steps)
       facts%steps = self%beats/s%flight%frequency()/dt
       facts%seconds = facts%steps*product(real(s%fluid%grid%n, rp))*SECONDS
@@ -276,6 +282,8 @@ contains
                                                      (u%length*u%frequency))*length/time)
     end associate
     text = text//kinematics_text(self, request)
+    if (any(abs(request%change([FLOW_YOUNG, FLOW_PLATE])) > 0)) text = text//'[Wing]'//NL// &
+      numbers(['E', 'D'], exp(request%change([FLOW_YOUNG, FLOW_PLATE]))*material_of(self))
     if (allocated(request%wing)) text = text//NL//request%wing
   end function case_text
 
@@ -311,6 +319,13 @@ contains
                                   number_text(given(2) + c(2))//NL
     end associate
   end function kinematics_text
+
+  !> Returns E [Pa] and D [N m] of the wings of the case.
+  pure function material_of(self) result(material)
+    class(flight_case_t), intent(in) :: self
+    real(rp) :: material(2)
+    material = [self%settings%coupler%model%params%young, self%settings%coupler%model%params%plate]
+  end function material_of
 
   !> Returns lines KEY = VALUE.
   function numbers(keys, values) result(text)

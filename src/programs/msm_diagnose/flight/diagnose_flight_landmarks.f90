@@ -10,8 +10,7 @@ module diagnose_flight_landmarks
   use fsi_flight_params, only: flight_params_t
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use io_series_read, only: read_series
-  use measurement_data, only: measurement_t
-  use measurement_flight, only: N_COMPONENTS, SIDE_NAMES
+  use measurement_flight, only: measured_flight_t, N_COMPONENTS, SIDE_NAMES
   use simulation_flight_series, only: landmarks_file
   use simulation_landmarks, only: mark_wing
   use simulation_output_params, only: landmarks_key
@@ -20,7 +19,7 @@ module diagnose_flight_landmarks
   private
   public :: flight_marks_t, interpolated, read_marks, rigid_places, take_marks
 
-  !> All landmarks of a measurement.
+  !> All landmarks of the records of a case.
   type :: flight_marks_t
     integer, allocatable :: side(:)     !< of SIDE_NAMES
     real(rp), allocatable :: site(:, :) !< (2, n) [m] on the flat wing
@@ -40,10 +39,10 @@ contains
     if (allocated(self%side)) n = size(self%side)
   end function marks_count
 
-  !> Takes the landmarks of all records. Adds a mistake for every record whose landmarks the case does not have: a wing that is not
-  !> there, a point that is not on it, or x in a section.
-  subroutine take_marks(measurement, settings, is_section, marks, errors)
-    type(measurement_t), intent(in) :: measurement
+  !> Takes the landmarks of all records of a case. Adds a mistake for every record whose landmarks the case does not have: a wing
+  !> that is not there, a point that is not on it, or x in a section.
+  subroutine take_marks(flights, settings, is_section, marks, errors)
+    type(measured_flight_t), intent(in) :: flights(:)
     type(settings_t), intent(in) :: settings
     logical, intent(in) :: is_section
     type(flight_marks_t), intent(out) :: marks
@@ -52,8 +51,8 @@ contains
     character(:), allocatable :: fault, object
     integer :: r, k, at(2)
     allocate (marks%side(0), marks%site(2, 0))
-    do r = 1, measurement%count_flights()
-      associate (f => measurement%flights(r))
+    do r = 1, size(flights)
+      associate (f => flights(r))
         if (f%side == 0) cycle
         object = '/flight/'//f%name//'/landmarks/'//trim(SIDE_NAMES(f%side))
         marks%side = [marks%side, (f%side, k=1, f%count_landmarks())]

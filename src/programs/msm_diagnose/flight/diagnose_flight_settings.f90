@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Handles the section [Flight] of a diagnosis. It reads the case that simulates the experiment in which forces were recorded,
-!> checks that the records fit the case, estimates the cost of the flights, and starts their simulation.
+!> Handles the section [Flight] of a diagnosis. It reads the cases that simulate the experiments in which forces were recorded,
+!> checks that the records fit their cases, and starts the simulation of the flights.
 module diagnose_flight_settings
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use base_errors, only: failure_t, message_list_t
@@ -9,117 +9,166 @@ module diagnose_flight_settings
   use base_text, only: next_word, number_text, quoted
   use common_diagnose_keys, only: flight_choices_t, WALL_BELOW
   use common_wing_settings, only: find_beside
+  use diagnose_flight_case, only: flight_case_t
+  use diagnose_flight_cases, only: group_records
+  use diagnose_flight_cost, only: list_text
   use diagnose_flight_landmarks, only: rigid_places, take_marks
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps, uncounted_errors
+  use diagnosis_flight_data, only: append_requests, flight_cases_t, flight_data_t
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
-                                      FLOW_STROKE, FLOW_STROKE_MEAN, is_of_flow, N_CHANGES, N_FLOW
-  use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, NOT_REFINED, REFINE_BEATS, REFINE_BOX, &
-                                          REFINE_GRID
+                                      FLOW_PLATE, FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_YOUNG, is_of_flow, N_CHANGES, N_FLOW
+  use diagnosis_flight_refinements, only: read_refinements, refinement_name, N_REFINEMENTS, REFINE_BEATS, REFINE_BOX
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t
   use diagnosis_wing_entries, only: catalogue_t
-  use diagnosis_wing_flight, only: flight_data_t
   use io_config, only: config_t
   use io_suggest, only: suggestion_t
   use measurement_data, only: measurement_t
-  use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER, KINEMATIC_SD, N_KINEMATICS
+  use measurement_flight, only: COMPONENT_NAMES, COMPONENT_POWER, KINEMATIC_SD, measured_flight_t, N_KINEMATICS
   use parallel_failure, only: broadcast_failure
   use parallel_world, only: world_t
+  use solid_usual_causes, only: PARAM_YOUNG
   implicit none
   private
-  public :: fly_all, load_flights, print_cost, print_wing_cost
+  public :: fly_all, load_flights
 
   real(rp), parameter :: SAME_FREQUENCY = 0.01_rp !< relative
 
 contains
 
-  !> Reads the case that the records of the measurement, or a comparison of two wings, need. Mistakes go to `errors` and remarks to
-  !> `notices`. Collective.
+  !> Reads the cases that the records of the measurement, or a comparison of two wings, need, and puts the records in the order of
+  !> their cases. Mistakes go to `errors` and remarks to `notices`. Collective.
   subroutine load_flights(config, c, measurement, world, runner, data, errors, notices)
     type(config_t), intent(in) :: config
     type(flight_choices_t), intent(in) :: c
-    type(measurement_t), intent(in) :: measurement
+    type(measurement_t), intent(inout) :: measurement
     type(world_t), intent(in) :: world
     type(flusi_runner_t), intent(inout) :: runner
-    type(flight_data_t), intent(inout) :: data
+    type(flight_cases_t), intent(inout) :: data
     type(message_list_t), intent(inout) :: errors, notices
-    logical :: is_named(N_REFINEMENTS), has_records
-    integer :: i
+    logical :: is_named(N_REFINEMENTS), refined(N_REFINEMENTS), has_records
+    real(rp) :: prior_sd(N_CHANGES)
+    integer :: k
     has_records = measurement%count_flights() > 0
     if (.not. (has_records .or. c%compare)) return
     if (has_records .and. c%compare) call config%complain(errors, 'Flight', 'compare', &
       'must be left out: with /flight both flights are always compared')
-    if (c%file == '') then
-      if (has_records) then
-        call config%complain(errors, 'Flight', 'file', 'is missing: the measurement holds records of a flight in /flight; '// &
-                             'name the flusi case that simulates this experiment')
-      else
-        call config%complain(errors, 'Flight', 'file', 'is missing: compare = yes simulates this flusi case with two wings')
-      end if
-      return
+    if (.not. has_records .and. c%records /= '') call config%complain(errors, 'Flight', 'records', &
+      'must be left out: the measurement has no records in /flight')
+    if (has_records) then
+      call group_records(config, c, measurement, world, data%cases, errors)
+    else
+      call find_compared(config, c, world, data%cases, errors)
     end if
+    if (size(data%cases) == 0) return
     call check_effects(config, c%effects, errors)
-    call take_refinements(config, c%refine, data%refined, is_named, errors)
-    call load_case(config, c, world, runner, errors, notices)
+    call take_refinements(config, c%refine, refined, is_named, errors)
+    allocate (runner%cases(size(data%cases)))
+    runner%folder = c%folder
+    runner%ranks = c%ranks
+    do k = 1, size(data%cases)
+      call load_case(c, world, runner%cases(k), data%cases(k)%facts, k, errors, notices)
+    end do
     if (errors%count() > 0) return
     if (.not. has_records) then
-      if (.not. runner%facts%is_flexible) call config%complain(errors, 'Flight', 'compare', &
+      if (.not. data%cases(1)%facts%is_flexible) call config%complain(errors, 'Flight', 'compare', &
         'needs a case whose wings bend, with [Insects] wings = flexible; in '//c%file//' they are rigid')
-      data%refined = .false.
-      data%facts = runner%facts
       return
     end if
-    call take_marks(measurement, runner%case%settings, runner%facts%is_section, runner%case%marks, errors)
-    if (errors%count() > 0) return
-    runner%facts%rigid = rigid_places(runner%case%settings, runner%case%marks, c%beats)
-    call runner%case%judge(data%refined, world, runner%facts)
-    if (measurement%count_flights(has_landmarks=.false.) == 0 .and. .not. runner%facts%is_flexible) then
-      where (is_of_flow([(i, i=1, N_FLOW)]) .and. runner%facts%missing == '') &
-        runner%facts%missing = 'needs records of forces: landmarks on rigid wings do not show it'
-    end if
-    call drop_refinements(config, runner%facts, is_named, data%refined, errors, notices)
-    call check_records(measurement, runner, errors)
-    call take_kinematic_errors(measurement, runner%facts%prior_sd, errors)
+    prior_sd = 0
+    call take_kinematic_errors(measurement, prior_sd, errors)
+    do k = 1, size(data%cases)
+      data%cases(k)%refined = refined
+      data%cases(k)%model_sd = c%model_sd
+      data%cases(k)%response%n_harmonics = c%harmonics
+      data%cases(k)%facts%prior_sd = prior_sd
+      data%cases(k)%facts%is_alone = size(measurement%loads) == 0 .and. .not. measurement%moves()
+      data%cases(k)%facts%shares = [any(data%free == PARAM_YOUNG), .true.] .and. data%cases(k)%facts%is_flexible .and. &
+                                   .not. data%cases(k)%facts%is_alone
+      associate (case => data%cases(k))
+        call take_records(config, measurement%flights(case%first:case%last), is_named, world, runner%cases(k), data%cases(k), &
+                          errors, notices)
+        if (case%facts%is_section .neqv. data%cases(1)%facts%is_section) &
+          call errors%add(case%facts%path//' and '//data%cases(1)%facts%path//': one is two-dimensional and one is not, but '// &
+                          'the records of one measurement are of one kind')
+      end associate
+    end do
     data%has_records = .true.
-    data%facts = runner%facts
     data%effects = c%effects
-    data%model_sd = c%model_sd
-    data%response%n_harmonics = c%harmonics
-    data%response%wind = runner%facts%wind
   end subroutine load_flights
 
-  !> Reads the case of [Flight] and fills the facts of the runner. Mistakes go to `errors` and remarks to `notices`. Collective.
-  subroutine load_case(config, c, world, runner, errors, notices)
+  !> Takes the records that a case simulates. Mistakes go to `errors` and remarks to `notices`, with the path of the case if there
+  !> are several cases. Collective.
+  subroutine take_records(config, flights, is_named, world, case, data, errors, notices)
+    type(config_t), intent(in) :: config
+    type(measured_flight_t), intent(in) :: flights(:)
+    logical, intent(in) :: is_named(N_REFINEMENTS)
+    type(world_t), intent(in) :: world
+    type(flight_case_t), intent(inout) :: case
+    type(flight_data_t), intent(inout) :: data
+    type(message_list_t), intent(inout) :: errors, notices
+    integer :: before, i
+    before = errors%count()
+    call take_marks(flights, case%settings, data%facts%is_section, case%marks, errors)
+    if (errors%count() > before) return
+    data%facts%rigid = rigid_places(case%settings, case%marks, case%beats)
+    call case%judge(data%refined, world, data%facts)
+    if (all(flights%side > 0) .and. .not. data%facts%is_flexible) then
+      where (is_of_flow([(i, i=1, N_FLOW)]) .and. data%facts%missing == '') &
+        data%facts%missing = 'needs records of forces: landmarks on rigid wings do not show it'
+    end if
+    call drop_refinements(config, data%facts, is_named, data%refined, errors, notices)
+    call check_records(flights, data%facts, errors)
+    data%response%wind = data%facts%wind
+  end subroutine take_records
+
+  !> Finds the case of a comparison of two wings. Collective.
+  subroutine find_compared(config, c, world, cases, errors)
     type(config_t), intent(in) :: config
     type(flight_choices_t), intent(in) :: c
     type(world_t), intent(in) :: world
-    type(flusi_runner_t), intent(inout) :: runner
-    type(message_list_t), intent(inout) :: errors, notices
-    type(message_list_t) :: of_case, remarks
+    type(flight_data_t), allocatable, intent(out) :: cases(:)
+    type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: path, problem
-    integer :: i
-    call find_beside(config%file_name(), c%file, path, problem, world)
+    if (c%file == '') then
+      problem = 'is missing: compare = yes simulates this flusi case with two wings'
+    else
+      call find_beside(config%file_name(), c%file, path, problem, world)
+    end if
+    allocate (cases(merge(0, 1, allocated(problem))))
     if (allocated(problem)) then
       call config%complain(errors, 'Flight', 'file', problem)
       return
     end if
-    call runner%case%load(path, c%beats, world, of_case, remarks)
+    cases(1)%facts%path = path
+  end subroutine find_compared
+
+  !> Reads case `number`, whose path is in `facts`, and fills its facts. Mistakes go to `errors` and remarks to `notices`.
+  !> Collective.
+  subroutine load_case(c, world, case, facts, number, errors, notices)
+    type(flight_choices_t), intent(in) :: c
+    type(world_t), intent(in) :: world
+    type(flight_case_t), intent(inout) :: case
+    type(flight_facts_t), intent(inout) :: facts
+    integer, intent(in) :: number
+    type(message_list_t), intent(inout) :: errors, notices
+    type(message_list_t) :: of_case, remarks
+    integer :: i
+    call case%load(facts%path, c%beats, world, of_case, remarks)
     do i = 1, of_case%count()
       call errors%add(of_case%text(i))
     end do
     if (of_case%count() > 0 .or. errors%count() > 0) return
     do i = 1, remarks%count()
-      call notices%add('of [Flight] file: '//remarks%text(i))
+      call notices%add('of [Flight] '//trim(merge('file   ', 'records', number == 1))//': '//remarks%text(i))
     end do
-    runner%folder = c%folder
-    runner%ranks = c%ranks
-    associate (length => runner%case%settings%units%length, omitted => runner%case%omitted)
+    associate (length => case%settings%units%length, omitted => case%omitted)
       omitted%wall_distance = c%wall_distance/length
       omitted%wall_axis = merge(3, 2, c%wall_side == WALL_BELOW)
       omitted%body_length = c%body_length/length
       omitted%body_radius = c%body_radius/length
     end associate
-    call runner%case%tell(runner%facts)
+    call case%tell(facts)
   end subroutine load_case
 
   !> Reads which numerical errors a flight of its own makes smaller, and which of them the user names. Adds a mistake for a word
@@ -152,15 +201,18 @@ contains
     logical, intent(in) :: is_named(N_REFINEMENTS)
     logical, intent(inout) :: refined(N_REFINEMENTS)
     type(message_list_t), intent(inout) :: errors, notices
+    character(:), allocatable :: of_case
     integer :: i
+    of_case = ''
+    if (facts%label /= '') of_case = ' '//facts%path
     do i = 1, N_REFINEMENTS
       if (.not. refined(i) .or. facts%unrefined(i) == '') cycle
       refined(i) = .false.
       if (is_named(i)) then
-        call config%complain(errors, 'Flight', 'refine', 'names '//refinement_name(i)//', but the case cannot be flown so: '// &
-                             trim(facts%unrefined(i)))
+        call config%complain(errors, 'Flight', 'refine', 'names '//refinement_name(i)//', but the case'//of_case// &
+                             ' cannot be flown so: '//trim(facts%unrefined(i)))
       else if (any(i == [REFINE_BOX, REFINE_BEATS])) then
-        call notices%add('[Flight] refine leaves out '//refinement_name(i)//': '//trim(facts%unrefined(i))// &
+        call notices%add('[Flight] refine leaves out '//refinement_name(i)//of_case//': '//trim(facts%unrefined(i))// &
                          '. Change the case, or allow for this error by [Flight] model_sd')
       end if
     end do
@@ -194,38 +246,36 @@ contains
     end do
   end subroutine check_effects
 
-  !> Adds a mistake for every record that does not belong to this case: another frequency of the beat, or components that the case
+  !> Adds a mistake for every record that does not belong to its case: another frequency of the beat, or components that the case
   !> does not have.
-  subroutine check_records(measurement, runner, errors)
-    type(measurement_t), intent(in) :: measurement
-    type(flusi_runner_t), intent(in) :: runner
+  subroutine check_records(flights, facts, errors)
+    type(measured_flight_t), intent(in) :: flights(:)
+    type(flight_facts_t), intent(in) :: facts
     type(message_list_t), intent(inout) :: errors
     character(:), allocatable :: object
     integer :: r, k
-    associate (facts => runner%facts)
-      do r = 1, measurement%count_flights()
-        associate (f => measurement%flights(r))
-          object = '/flight/'//f%name
-          if (any([(measurement%flights(k)%name == f%name, k=1, r - 1)])) cycle ! the landmarks of a flight that was checked
-          if (abs(f%frequency/facts%frequency - 1) > SAME_FREQUENCY) &
-            call errors%add(object//': attribute frequency is '//number_text(f%frequency)//' Hz, but the wings of '//facts%path// &
-                            ' beat with '//number_text(facts%frequency)//' Hz: wing_frequency times the frequency of [units]')
-          if (f%is_per_length .neqv. facts%is_section) &
-            call errors%add(object//': attribute per_length must be '//trim(merge('1, as', '0, as', facts%is_section))//' '// &
-                            facts%path//' is '//trim(merge('two-dimensional', 'a wing in space', facts%is_section)))
-          if (.not. facts%is_section .or. f%side > 0) cycle
-          do k = 1, size(f%component)
-            if (all(f%component(k) /= [2, 3, 4, COMPONENT_POWER])) &
-              call errors%add(object//': component '//trim(COMPONENT_NAMES(f%component(k)))//' does not exist for a section; '// &
-                              'valid: Fy, Fz, Mx, power')
-          end do
-        end associate
-      end do
-    end associate
+    do r = 1, size(flights)
+      associate (f => flights(r))
+        object = '/flight/'//f%name
+        if (any([(flights(k)%name == f%name, k=1, r - 1)])) cycle ! the landmarks of a flight that was checked
+        if (abs(f%frequency/facts%frequency - 1) > SAME_FREQUENCY) &
+          call errors%add(object//': attribute frequency is '//number_text(f%frequency)//' Hz, but the wings of '//facts%path// &
+                          ' beat with '//number_text(facts%frequency)//' Hz: wing_frequency times the frequency of [units]')
+        if (f%is_per_length .neqv. facts%is_section) &
+          call errors%add(object//': attribute per_length must be '//trim(merge('1, as', '0, as', facts%is_section))//' '// &
+                          facts%path//' is '//trim(merge('two-dimensional', 'a wing in space', facts%is_section)))
+        if (.not. facts%is_section .or. f%side > 0) cycle
+        do k = 1, size(f%component)
+          if (all(f%component(k) /= [2, 3, 4, COMPONENT_POWER])) &
+            call errors%add(object//': component '//trim(COMPONENT_NAMES(f%component(k)))//' does not exist for a section; '// &
+                            'valid: Fy, Fz, Mx, power')
+        end do
+      end associate
+    end do
   end subroutine check_records
 
   !> Takes the errors of the kinematics that records state as the prior sd of the changes. Adds a mistake if two records state
-  !> different errors, because one case simulates all.
+  !> different errors, because all records share them.
   subroutine take_kinematic_errors(measurement, prior_sd, errors)
     type(measurement_t), intent(in) :: measurement
     real(rp), intent(inout) :: prior_sd(N_CHANGES)
@@ -239,140 +289,57 @@ contains
           if (.not. sd > 0) cycle
           if (prior > 0 .and. abs(prior - sd) > 0) &
             call errors%add('/flight/'//measurement%flights(r)%name//': attribute '//trim(KINEMATIC_SD(k))//' is '// &
-                            number_text(sd)//', but '//number_text(prior)//' in another record: one case simulates all '// &
-                            'records, so that they share this error')
+                            number_text(sd)//', but '//number_text(prior)//' in another record: all records of a '// &
+                            'measurement share this error')
           prior = sd
         end associate
       end do
     end do
   end subroutine take_kinematic_errors
 
-  !> Prints on `unit` how many flights are needed and how long they may take, and the same of `most_rounds` rounds with the fitted
-  !> values that may follow. Not collective: rank 0 calls it.
-  subroutine print_cost(unit, most_rounds, runner, data, world)
-    integer, intent(in) :: unit, most_rounds
-    type(flusi_runner_t), intent(inout) :: runner
-    type(flight_data_t), intent(in) :: data
-    type(world_t), intent(in) :: world
-    type(flight_request_t), allocatable :: requests(:), of_round(:)
-    logical, allocatable :: missing(:)
-    real(rp) :: steps(size(data%response%is_known))
-    logical :: of_grid(N_REFINEMENTS)
-    integer :: ranks, n_groups
-    steps = flight_steps(data%facts, data%effects)
-    requests = data%response%requests(steps, data%refined)
-    missing = runner%are_missing(requests)
-    ranks = world%size
-    if (runner%ranks > 0) ranks = min(ranks, runner%ranks)
-    n_groups = world%size/ranks
-    write (unit, '(a)') 'flights   '//number_text(size(requests))//' of '//data%facts%path//', of which '// &
-      number_text(count(missing))//' are still to be simulated, '//number_text(n_groups)//' at a time on '// &
-      number_text(ranks)//' ranks each'
-    if (any(data%refined)) write (unit, '(a)') '          the case once, and with a smaller numerical error of each of these '// &
-      'kinds (cost in flights of the case): '//list_text(data%refined, data%facts%cost)
-    write (unit, '(a)') '          about '//number_text(nint(data%facts%steps))//' steps each, '// &
-      time_text(seconds_of(data%facts, pack(requests%refinement, missing), n_groups)/ranks)//' for all, very roughly'
-    if (most_rounds == 0 .or. size(requests) == 1 + count(data%refined)) return
-    of_grid = .false.
-    of_grid(REFINE_GRID) = data%refined(REFINE_GRID)
-    of_round = data%response%requests(one_step(steps), of_grid)
-    write (unit, '(a)') '          then up to '//number_text(most_rounds)//' rounds if a cause is clear, each of '// &
-      trim(merge('2 flights', '1 flight ', of_grid(REFINE_GRID)))//' with the fitted values and up to 2 more for each of its '// &
-      'parameters: '//time_text(seconds_of(data%facts, of_round%refinement, n_groups)/ranks)//' with one parameter'
-  end subroutine print_cost
-
-  !> Prints on `unit` how many flights the comparison of two wings needs at most, and how long they may take. Not collective.
-  subroutine print_wing_cost(unit, directions, runner, facts, world)
-    integer, intent(in) :: unit, directions
-    type(flusi_runner_t), intent(in) :: runner
-    type(flight_facts_t), intent(in) :: facts
-    type(world_t), intent(in) :: world
-    integer :: ranks
-    ranks = world%size
-    if (runner%ranks > 0) ranks = min(ranks, runner%ranks)
-    associate (n => 2 + 2*directions)
-      write (unit, '(a)') 'flights   after the diagnosis, if a cause is found: '//facts%path//' with both wings, and up to '// &
-        number_text(2*directions)//' times for what the fit leaves of the extended wing', &
-        '          about '//number_text(nint(facts%steps))//' steps each, '// &
-        time_text(seconds_of(facts, spread(NOT_REFINED, 1, n), world%size/ranks)/ranks)//' for the flow of all '// &
-        number_text(n)//', very roughly; the bending of the wings comes on top'
-    end associate
-    flush (unit)
-  end subroutine print_wing_cost
-
-  !> Returns the first of the steps that are above 0 alone.
-  pure function one_step(steps)
-    real(rp), intent(in) :: steps(:)
-    real(rp) :: one_step(size(steps))
-    integer :: first
-    one_step = 0
-    first = findloc(steps > 0, .true., 1)
-    if (first > 0) one_step(first) = steps(first)
-  end function one_step
-
-  !> Returns how long flights take on one rank [s], if groups of ranks take turns in simulating them. A refined flight takes longer.
-  pure real(rp) function seconds_of(facts, refinement, n_groups) result(seconds)
-    type(flight_facts_t), intent(in) :: facts
-    integer, intent(in) :: refinement(:) !< of each flight, NOT_REFINED for the case
-    integer, intent(in) :: n_groups
-    real(rp) :: busy(0:n_groups - 1)
-    integer :: i
-    busy = 0
-    do i = 1, size(refinement)
-      associate (own => busy(modulo(i - 1, n_groups)))
-        if (refinement(i) == NOT_REFINED) then
-          own = own + facts%seconds
-        else
-          own = own + facts%seconds*facts%cost(refinement(i))
-        end if
-      end associate
-    end do
-    seconds = maxval(busy)
-  end function seconds_of
-
-  !> Returns the names of the wanted refinements, each with its value in one decimal.
-  function list_text(wanted, values) result(text)
-    logical, intent(in) :: wanted(N_REFINEMENTS)
-    real(rp), intent(in) :: values(N_REFINEMENTS)
-    character(:), allocatable :: text
-    integer :: k
-    text = ''
-    do k = 1, N_REFINEMENTS
-      if (.not. wanted(k)) cycle
-      if (text /= '') text = text//', '
-      text = text//refinement_name(k)//' '//number_text(nint(10*values(k))/10.0_rp)
-    end do
-  end function list_text
-
-  !> Returns a duration, rounded up, in seconds, minutes or hours.
-  function time_text(seconds) result(text)
-    real(rp), intent(in) :: seconds
-    character(:), allocatable :: text
-    if (seconds < 120) then
-      text = number_text(ceiling(seconds))//' s'
-    else if (seconds < 7200) then
-      text = number_text(ceiling(seconds/60))//' min'
-    else
-      text = number_text(ceiling(seconds/3600))//' h'
-    end if
-  end function time_text
-
-  !> Simulates the flights that are needed and stores what they show in `data`. Effects that need a flight that failed are
-  !> excluded from the catalogue. If the flight of the case itself failed, `failure` says why on all ranks. Collective.
+  !> Simulates the flights that are needed and stores what they show in `data`. What needs a flight that failed is excluded from the
+  !> catalogue. If the flight of a case itself failed, `failure` says why on all ranks. Collective.
   subroutine fly_all(world, runner, data, catalogue, outcome)
     type(world_t), intent(in) :: world
     type(flusi_runner_t), intent(inout) :: runner
-    type(flight_data_t), intent(inout) :: data
+    type(flight_cases_t), intent(inout) :: data
     type(catalogue_t), intent(inout) :: catalogue
     type(outcome_t), intent(inout) :: outcome
+    type(flight_request_t), allocatable :: requests(:)
     type(flight_record_t), allocatable :: records(:)
+    real(rp) :: steps(N_FLOW, size(data%cases))
+    integer :: first(size(data%cases) + 1), k
+    allocate (requests(0))
+    first(1) = 0
+    do k = 1, size(data%cases)
+      associate (case => data%cases(k))
+        steps(:, k) = flight_steps(case%facts, data%effects)
+        call append_requests(requests, case%response%requests(steps(:, k), case%refined), k)
+        first(k + 1) = size(requests)
+      end associate
+    end do
+    call runner%fly(world, requests, records, outcome)
+    do k = 1, size(data%cases)
+      if (outcome%is_good()) call take_flights(world, steps(:, k), records(first(k) + 1:first(k + 1)), data%cases(k), &
+                                               outcome)
+    end do
+    if (.not. outcome%is_good()) return
+    call exclude_unflown(catalogue, data%cases)
+    data%is_ready = .true.
+  end subroutine fly_all
+
+  !> Takes the flights of one case, which rank 0 has read. Fails if the flight of the case itself failed. Collective.
+  subroutine take_flights(world, steps, records, data, outcome)
+    type(world_t), intent(in) :: world
+    real(rp), intent(in) :: steps(N_FLOW)
+    type(flight_record_t), intent(in) :: records(:)
+    type(flight_data_t), intent(inout) :: data
+    type(outcome_t), intent(inout) :: outcome
+    integer, parameter :: MATERIAL(2) = [FLOW_YOUNG, FLOW_PLATE]
+    character(*), parameter :: NAMES = 'ED'
     type(failure_t) :: missing, failure
     character(:), allocatable :: reason
-    real(rp) :: steps(size(data%response%is_known))
     integer :: j
-    steps = flight_steps(data%facts, data%effects)
-    call runner%fly(world, data%response%requests(steps, data%refined), records, outcome)
-    if (.not. outcome%is_good()) return
     if (world%is_root) call data%response%take(steps, data%refined, records, missing)
     call broadcast_failure(world, missing, failure)
     if (failure%failed) then
@@ -380,19 +347,24 @@ contains
                         failure%reason)
       return
     end if
-    do j = 1, size(steps)
+    do j = 1, N_FLOW
       reason = data%response%reason(j)
       call world%broadcast_text(reason)
       data%response%reason(j) = reason
     end do
-    call exclude_unflown(catalogue, data%facts, data%response%reason)
-    data%is_ready = .true.
+    do j = 1, 2
+      reason = trim(data%response%reason(MATERIAL(j)))
+      if (world%is_root .and. data%facts%shares(j) .and. reason /= '') write (error_unit, '(a)') &
+        'notice: the flights of '//data%facts%path//' do not follow '//NAMES(j:j)//' of the wing: '//reason
+    end do
     reason = uncounted_errors(data%facts, data%response%reason)
     if (world%is_root .and. reason /= '') write (error_unit, '(a)') 'notice: stated errors are not counted: '//reason
     if (.not. world%is_root .or. .not. any(data%refined)) return
     ! The largest root mean square over the beat, in percent of that of the component. Components below a hundredth of the largest
     ! force, or torque, do not count.
-    write (output_unit, '(a)') 'numerics  change forces, in % of their rms: '// &
+    reason = ''
+    if (data%facts%label /= '') reason = ' of '//data%facts%path
+    write (output_unit, '(a)') 'numerics  change forces'//reason//', in % of their rms: '// &
       list_text(data%refined, [(100*data%response%relative_size(j), j=1, N_REFINEMENTS)])
-  end subroutine fly_all
+  end subroutine take_flights
 end module diagnose_flight_settings

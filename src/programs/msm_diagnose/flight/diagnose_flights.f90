@@ -43,7 +43,7 @@ module diagnose_flights
   integer, parameter :: COLUMNS = 15 !< of this series: time, F, F unsteady, M, M unsteady, two powers
 
   type, extends(flight_runner_t) :: flusi_runner_t
-    type(flight_case_t) :: case
+    type(flight_case_t), allocatable :: cases(:)
     character(:), allocatable :: folder !< of the folders of all flights
     integer :: ranks = 0                !< of a flight; 0: all
     logical :: is_quiet = .false.
@@ -91,7 +91,7 @@ contains
     call agree(world, outcome)
     if (.not. (outcome%is_good() .and. world%is_root)) return
     do i = 1, size(requests)
-      call read_record(self, names(i), requests(i)%refinement, records(i))
+      call read_record(self%cases(requests(i)%case), names(i), requests(i)%refinement, records(i))
     end do
   end subroutine runner_fly
 
@@ -129,7 +129,7 @@ contains
     character(:), allocatable :: word, reason
     integer :: i
     do i = 1, size(requests)
-      call self%case%fingerprint(requests(i), word, reason)
+      call self%cases(requests(i)%case)%fingerprint(requests(i), word, reason)
       names(i)%folder = join_path(self%folder, word)
       names(i)%reason = ''
       if (allocated(reason)) names(i)%reason = reason
@@ -169,7 +169,7 @@ contains
     character(:), allocatable :: here
     integer :: has_ended
     allocate (settings)
-    call self%case%read(request, settings, errors, group)
+    call self%cases(request%case)%read(request, settings, errors, group)
     memory = estimate_memory(settings, group%size)
     if (.not. memory%possible) then
       call of_all%fail(OUTCOME_MISTAKE, 'the grid of a flight cannot be shared among '//number_text(group%size)// &
@@ -180,7 +180,8 @@ contains
     if (group%is_root) then
       call hold(self, folder, lock, own)
       if (.not. own%failed .and. file_exists(join_path(folder, ENDED))) has_ended = 1
-      if (.not. own%failed .and. has_ended == 0) call write_text(join_path(folder, INI), self%case%text(request), own)
+      if (.not. own%failed .and. has_ended == 0) &
+        call write_text(join_path(folder, INI), self%cases(request%case)%text(request), own)
       if (own%failed .or. has_ended == 1) call lock%release()
     end if
     call group%broadcast_integer(has_ended)
@@ -277,10 +278,10 @@ contains
     end select
   end subroutine write_end
 
-  !> Reads the result of the flight of this name and refinement. It interpolates linearly between the values that were recorded in
-  !> the last beat.
-  subroutine read_record(self, name, refinement, record)
-    class(flusi_runner_t), intent(in) :: self
+  !> Reads the result of the flight of this case, name and refinement. It interpolates linearly between the values that were
+  !> recorded in the last beat.
+  subroutine read_record(case, name, refinement, record)
+    type(flight_case_t), intent(in) :: case
     type(name_t), intent(in) :: name
     integer, intent(in) :: refinement
     type(flight_record_t), intent(inout) :: record
@@ -302,14 +303,14 @@ contains
       record%reason = join_path(name%folder, SERIES)//': cannot be read; delete this folder to simulate the flight again'
       return
     end if
-    associate (u => self%case%settings%units, s => self%case%settings)
+    associate (u => case%settings%units, s => case%settings)
       scale = u%density*u%length**4*u%frequency**2
       if (s%fluid%grid%is_2d) scale = scale/u%length
-      times = [((flown_beats(self%case%beats, refinement) - 1 + real(i - 1, rp)/N_PHASES)/s%flight%frequency(), i=1, N_PHASES)]
+      times = [((flown_beats(case%beats, refinement) - 1 + real(i - 1, rp)/N_PHASES)/s%flight%frequency(), i=1, N_PHASES)]
       do i = 2, COLUMNS
         x(:, i) = interpolated(rows(1, :), rows(i, :), times)
       end do
-      allocate (record%values(N_PHASES, N_COMPONENTS + 3*self%case%marks%count()))
+      allocate (record%values(N_PHASES, N_COMPONENTS + 3*case%marks%count()))
       do i = 1, N_PHASES
         associate (force => x(i, 2:4) + x(i, 5:7), torque => x(i, 8:10) + x(i, 11:13))
           record%values(i, 1:3) = scale*force
@@ -317,8 +318,7 @@ contains
         end associate
       end do
       record%values(:, 7) = scale*u%length*u%frequency*x(:, 14)
-      call read_marks(name%folder, self%case%marks, times, u%length, flight_shift(s, refinement, self%case%beats), record%values, &
-                      failure)
+      call read_marks(name%folder, case%marks, times, u%length, flight_shift(s, refinement, case%beats), record%values, failure)
     end associate
     if (failure%failed) then
       record%reason = failure%reason//'; delete this folder to simulate the flight again'

@@ -1,0 +1,114 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Records of two cases in one fit: which parameters and which errors act on which records.
+program test_wing_flights
+  use base_errors, only: failure_t
+  use base_kinds, only: rp
+  use diagnosis_flight_changes, only: FLOW_LEAD, FLOW_YOUNG, N_CHANGES, N_FLOW
+  use diagnosis_flight_data, only: flight_cases_t
+  use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_GRID
+  use diagnosis_flight_runner, only: flight_record_t, N_PHASES
+  use diagnosis_wing_flights, only: wing_flights_t
+  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_FLIGHT, KIND_PARAMETER
+  use measurement_flight, only: measured_flight_t, N_COMPONENTS
+  use solid_usual_causes, only: PARAM_YOUNG
+  use testkit, only: testkit_t
+  implicit none
+  integer, parameter :: N = 5, FZ = 3 !< times of each record, its component
+  real(rp), parameter :: STEP = 0.1_rp, YOUNG = 2.0e9_rp
+  type(testkit_t) :: t
+  type(flight_cases_t) :: data
+  type(wing_parameter_t) :: parameters(4) !< the lead of all, of the first and of the second case, and E
+  type(measured_flight_t) :: flights(2)
+  type(wing_flights_t) :: wing
+  call t%start(parallel=.false.)
+  call make()
+  call check_derivatives()
+  call check_errors()
+  call t%finish()
+
+contains
+
+  !> Two cases whose force Fz is 1 and 2; a lead of 1 adds 3, E by a factor e adds 5, and a finer grid 0.1, times the case's force.
+  subroutine make()
+    real(rp), parameter :: FORCES(6) = [1.0_rp, 1.1_rp, 1 + 3*STEP, 1 - 3*STEP, 1 + 5*STEP, 1 - 5*STEP]
+    type(flight_record_t) :: records(6)
+    type(failure_t) :: failure
+    real(rp) :: steps(N_FLOW)
+    logical :: refined(N_REFINEMENTS)
+    integer :: i, k
+    steps = 0
+    steps([FLOW_LEAD, FLOW_YOUNG]) = STEP
+    refined = .false.
+    refined(REFINE_GRID) = .true.
+    allocate (data%cases(2))
+    do k = 1, 2
+      associate (f => flights(k), case => data%cases(k))
+        f%frequency = 1
+        f%component = [FZ]
+        f%time = [(0.2_rp*i, i=0, N - 1)]
+        allocate (f%mean(N, 1), source=real(k, rp))
+        allocate (f%sd(N, 1), source=0.5_rp)
+        allocate (f%is_known(N, 1), source=.true.)
+        do i = 1, size(records)
+          records(i)%is_flown = .true.
+          if (.not. allocated(records(i)%values)) allocate (records(i)%values(N_PHASES, N_COMPONENTS))
+          records(i)%values = 0
+          records(i)%values(:, FZ) = k*FORCES(i)
+        end do
+        case%number = k
+        case%first = k
+        case%last = k
+        case%refined = refined
+        case%facts%shares(1) = k == 2
+        case%facts%material(1) = YOUNG
+        case%response%n_harmonics = 3
+        call case%response%take(steps, refined, records, failure)
+        call t%check('the flights are taken', .not. failure%failed)
+      end associate
+    end do
+    parameters(:3)%kind = KIND_FLIGHT
+    parameters(:3)%number = FLOW_LEAD
+    parameters(:3)%record = [0, 1, 2]
+    parameters(4)%kind = KIND_PARAMETER
+    parameters(4)%number = PARAM_YOUNG
+    call wing%init(flights, parameters, data)
+  end subroutine make
+
+  !> Residuals are in sd of 0.5. E acts on the second case alone, whose wings bend, and counts from the value of the case.
+  subroutine check_derivatives()
+    real(rp) :: q(4), residuals(2*N), jacobian(2*N, 4), c(N_CHANGES)
+    integer :: i
+    q = [0.01_rp, 0.02_rp, 0.04_rp, log(1.1_rp*YOUNG)]
+    call wing%evaluate(q, [(i, i=1, 4)], residuals, jacobian)
+    call close_to('the leads of all cases and of the first', residuals(:N), 2*3*0.03_rp)
+    call close_to('those of all and of the second, and E', residuals(N + 1:), 2*2*(3*0.05_rp + 5*log(1.1_rp)))
+    call close_to('the lead of all acts on the first', jacobian(:N, 1), 6.0_rp)
+    call close_to('and on the second', jacobian(N + 1:, 1), 12.0_rp)
+    call close_to('that of the first', jacobian(:N, 2), 6.0_rp)
+    call close_to('does not act on the second', jacobian(N + 1:, 2), 0.0_rp)
+    call close_to('that of the second', jacobian(N + 1:, 3), 12.0_rp)
+    call close_to('does not act on the first', jacobian(:N, 3), 0.0_rp)
+    call close_to('E does not act on rigid wings', jacobian(:N, 4), 0.0_rp)
+    call close_to('but on wings that bend', jacobian(N + 1:, 4), 20.0_rp)
+    c = data%cases(2)%changes_at(parameters, q)
+    call t%check_close('a lead adds up', c(FLOW_LEAD), 0.05_rp, rtol=1.0e-13_rp)
+    call t%check_close('E is a factor on that of the case', c(FLOW_YOUNG), log(1.1_rp), rtol=1.0e-13_rp)
+  end subroutine check_derivatives
+
+  !> The error of the grid is one of each case by itself.
+  subroutine check_errors()
+    real(rp) :: nuisances(2*N, 2)
+    call t%check('one error for each case', wing%n_nuisances == 2 .and. wing%n == 2*N .and. all(wing%nuisance == [0, 1]))
+    call wing%nuisances([0.0_rp, 0.0_rp, 0.0_rp, log(YOUNG)], nuisances)
+    call close_to('that of the first', nuisances(:N, 1), 0.2_rp)
+    call close_to('is not one of the second', nuisances(N + 1:, 1), 0.0_rp)
+    call close_to('that of the second', nuisances(N + 1:, 2), 0.4_rp)
+    call close_to('is not one of the first', nuisances(:N, 2), 0.0_rp)
+  end subroutine check_errors
+
+  subroutine close_to(name, values, value)
+    character(*), intent(in) :: name
+    real(rp), intent(in) :: values(:), value
+    call t%check(name, all(abs(values - value) < 1.0e-11_rp))
+  end subroutine close_to
+end program test_wing_flights
