@@ -135,9 +135,10 @@ def flown(options, hidden):
 
 def write_data(path, exact, gain, seed):
     """Writes a record with the errors of a balance: a gain of all forces, white noise, and an sd that also covers what two
-    simulations differ by."""
+    simulations differ by. All axes of the balance have the errors of the largest force: by symmetry one component is 0."""
     rng = np.random.default_rng(seed)
     rms = np.sqrt(np.mean(exact**2, axis=0))
+    rms[:3] = rms[:3].max()
     seen = exact * np.array([gain, gain, gain, 1.0]) + WHITE * rms * rng.standard_normal(exact.shape)
     path.unlink(missing_ok=True)
     write_record(path, "wings", {"frequency": FREQUENCY, "beats": 20, "reference": np.zeros(3), "components": ", ".join(NAMES),
