@@ -25,7 +25,8 @@ MARGIN = 0.37            # of a marker surface in a creeping flow, in dx (bench/
 
 def cases():
     """Name: Re, stroke in chords, beats, points per chord, thickness of the mask in dx (0: none), whether its outline is moved
-    inward by half of the thickness, chords of the box, the distance of markers in dx if it is not the program's, and by how many dx the plate is shorter at both ends."""
+    inward by half of the thickness, chords of the box, the distance of markers in dx if it is not the program's,
+    and by how many dx the plate is shorter at both ends."""
     table = {}
     for re, grids, masks in ((100, (8, 12, 16, 24, 32, FINE), (8, 12, 16, 24, 32)),
                              (1000, (8, 12, 16, 24, 32, FINE), (12, 16, 24, 32))):

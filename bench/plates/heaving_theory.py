@@ -90,7 +90,7 @@ def heaving(frequency, amplitude, rigidity, mass, begin):
                             for w, load in zip(modes, loads)] for v in modes])
         share = np.linalg.solve(matrix, [np.sum(WEIGHT * v[0] * driven) for v in modes])
         for q, (w, d, *_) in zip(share, modes):
-            shape, slope, tip = shape + q * w, slope + q * d, tip
+            shape, slope = shape + q * w, slope + q * d
         ends = [2 * (-1) ** j for j in range(MODES)]
         tip += sum(q * end for q, end in zip(share, ends))
     jump, first = pressure(s, shape, slope)

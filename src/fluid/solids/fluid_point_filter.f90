@@ -20,7 +20,7 @@ module fluid_point_filter
     real(rp), allocatable :: inverse_xy(:), inverse_z(:) !< 1/transform of the window: of sticks; for jz = 0 .. limit
     real(rp), allocatable :: kappa_xy(:), kappa_z(:)     !< parts of (k/K)^2, the same
     real(rp), allocatable :: factor(:) !< (nkz) the filter, on the present stick
-    real(rp), allocatable :: over_k2(:) !< (nkz) the filter over k^2; 0 for k = 0
+    real(rp), allocatable :: over_k2(:) !< (nkz) the filter over k^2; any finite number for k = 0, where k multiplies it
     integer :: zero = 0                !< the stick with k = 0
   contains
     procedure :: init => filter_init

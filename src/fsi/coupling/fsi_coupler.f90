@@ -249,11 +249,7 @@ contains
           call self%subiterate(dt, wings, fluid, failure)
         end if
       end if
-      do i = 1, size(self%wings)
-        if (.not. sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > p%largest_deflection*wings%params%wings(i)%length()) cycle
-        call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing bends beyond the limit [Flexible_wing] '// &
-                           'largest_deflection: check the stiffness in [Wing] and [units], or raise the limit')
-      end do
+      if (.not. self%is_thin) call check_deflections(wings, p%largest_deflection, failure)
       if (failure%failed) return
       call self%history%record_step(dt, self%applied)
       do i = 1, size(self%wings)

@@ -3,7 +3,7 @@
 !>
 !> The fluid has made its step without the wings. The markers sample it at the extrapolated positions of the wings at the end of the
 !> step. The wings make their step under the load by which the flow resists this motion (fsi_flow_reaction). The flow receives
-!> exactly the force that the wing loses, to the last bit. Load and motion are found at the same time, so that neither extrapolation
+!> the impulse that the wing feels, to round-off. Load and motion are found at the same time, so that neither extrapolation
 !> of the load nor sub-iterations are needed, and the wing may be arbitrarily light. The strong coupling repeats the step with the
 !> markers on the new positions of the wings, until the positions no longer change; it samples the same flow again and needs no
 !> evaluation of the flow.
@@ -19,7 +19,7 @@ module fsi_thin_coupling
   use fsi_kinematics, only: pose_wing, wing_pose_t
   use fsi_rigid_fit, only: fit_rotation
   use fsi_thin_wings, only: thin_wings_t
-  use fsi_wing_deformation, only: predict_deformation, set_deformation
+  use fsi_wing_deformation, only: check_deflections, predict_deformation, set_deformation
   use fsi_wing_mirror, only: mirror_vectors
   use fsi_wing_solver, only: wing_solver_t
   use solid_dynamics, only: dynamic_state_t
@@ -36,9 +36,10 @@ module fsi_thin_coupling
 contains
 
   !> Advances the wings over the step that `fluid` has just made, and applies their forces to it at the end. `states` and
-  !> `solvers` have begun the step. `force` (3, n_all, wings) [N] is the load under which they make it, along the axes of the wing
-  !> file. `wings` keep their place and get the new deformation. Fails if Newton's method does, if markers come too close to each
-  !> other, or if the strong coupling does not converge; then the run cannot continue from this state. Collective.
+  !> `solvers` have begun the step. `force` (3, n_all, wings) [N] is the mean force of the flow on the points in the step, along the
+  !> axes of the wing file. `wings` keep their place and get the new deformation. Fails if Newton's method does, if markers come too
+  !> close to each other, if a wing bends beyond the limit, or if the strong coupling does not converge; then the run cannot
+  !> continue from this state. Collective.
   subroutine advance_thin_wings(thin, fluid, wings, params, solvers, states, force, report, failure)
     type(thin_wings_t), intent(inout) :: thin
     type(fluid_t), intent(inout) :: fluid
@@ -94,6 +95,8 @@ contains
                          'smaller [Time] CFL or more [Flexible_wing] coupling_iterations')
       return
     end if
+    call check_deflections(wings, params%largest_deflection, failure) ! before the wings and the flow keep the force
+    if (failure%failed) return
     do i = 1, size(solvers)
       call distribute_forces(thin, i, poses(i), params, force(:, :, i))
     end do
@@ -200,7 +203,7 @@ contains
     type(coupler_params_t), intent(in) :: params
     type(wing_solver_t), intent(inout) :: solver
     type(dynamic_state_t), intent(inout) :: state
-    real(rp), intent(inout) :: force(:, :) !< the force of the flow is the only force
+    real(rp), intent(inout) :: force(:, :) !< no other load acts; it returns as 0
     associate (wing => thin%wings(i))
       if (.not. wing%is_owner) return
       force = 0

@@ -2,17 +2,31 @@
 !> Converts the motion of a wing within its frame from the mechanics (SI units, axes of the wing file) to the flow (L and T,
 !> axes of the wing frame).
 module fsi_wing_deformation
+  use base_errors, only: failure_t
   use base_kinds, only: rp
-  use fsi_flapping_wings, only: deformation_t
+  use fsi_flapping_wings, only: deformation_t, flapping_wings_t
   use fsi_kinematics, only: wing_pose_t
   use fsi_wing_mirror, only: mirror_vectors
   use io_units, only: unit_scales_t
   use solid_dynamics, only: dynamic_state_t
   implicit none
   private
-  public :: set_deformation, predict_deformation, rotate_forces_to_space
+  public :: check_deflections, set_deformation, predict_deformation, rotate_forces_to_space
 
 contains
+
+  !> Fails if a point of a wing is displaced by more than `limit` times the length of the wing.
+  subroutine check_deflections(wings, limit, failure)
+    type(flapping_wings_t), intent(in) :: wings
+    real(rp), intent(in) :: limit
+    type(failure_t), intent(inout) :: failure
+    integer :: i
+    do i = 1, size(wings%deformation)
+      if (.not. sqrt(maxval(sum(wings%deformation(i)%u**2, 1))) > limit*wings%params%wings(i)%length()) cycle
+      call failure%raise('the '//trim(wings%params%wings(i)%side)//' wing bends beyond the limit [Flexible_wing] '// &
+                         'largest_deflection: check the stiffness in [Wing] and [units], or raise the limit')
+    end do
+  end subroutine check_deflections
 
   !> Sets `bent` to the displacements and velocities that `state` holds.
   pure subroutine set_deformation(state, units, is_mirrored, bent)

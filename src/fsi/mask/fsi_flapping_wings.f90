@@ -51,8 +51,8 @@ module fsi_flapping_wings
     type(rigid_mask_t), allocatable :: wing_masks(:) !< of wings drawn up to their outline
     type(deformation_t), allocatable :: deformation(:) !< of the wings, not allocated if they are rigid
     real(rp), allocatable :: masses(:)            !< of the points of a wing that deforms, rho L^3
-    type(surface_load_t), allocatable :: marker_loads(:) !< on wings without thickness (fsi_thin_wings) at the last step's
-    !< end; behind them that on the body, if there is one, about its centre
+    type(surface_load_t), allocatable :: marker_loads(:) !< on wings without thickness (fsi_thin_wings), means of the last
+    !< step with moments of its end; behind them that on the body, if there is one, about its centre
     real(rp) :: seconds = 0                       !< that `place` has taken on this rank so far
     real(rp) :: cells = 0                         !< band points of the mask it has drawn on this rank so far
     type(displaced_t), allocatable, private :: displaced(:)

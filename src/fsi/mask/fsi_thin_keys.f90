@@ -56,7 +56,7 @@ contains
                    'mean speeds of the wing tip, the body and the stream', min=0.0_rp)
     call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: steps between two records of slip.t, which has '// &
                       'the slip after the forces and the powers that the flow receives and the wings lose; each record '// &
-                      'samples the flow once more, a tenth of a step', unit='steps', min=1)
+                      'samples the flow once more, 8 % of a step of the flow', unit='steps', min=1)
     call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: which ranks compute the forces at the '// &
                    'markers of a wing; one: one rank; group: a group of ranks together; auto: a group if there are eight '// &
                    'ranks for each wing and a wing has a thousand markers or more, else one rank')

@@ -13,7 +13,8 @@ module fsi_thin_slip
     real(rp) :: after = 0    !< largest |U - I u(n+1)|
     real(rp) :: speed = 0    !< largest |U|
     logical :: is_measured = .false. !< `after`, `received` and `lost` are of the last step; otherwise of an earlier one
-    real(rp) :: received = 0, lost = 0 !< rho L^5/T^3 power that the flow receives and the wings lose
+    real(rp) :: lost = 0     !< rho L^5/T^3 power that the wings lose, F.(U(n) + U(n+1))/2
+    real(rp) :: received = 0 !< that the flow receives: less by F.(U - I u(n+1)), the power of the slip
     integer :: iterations = 0 !< iterations for the forces of several rigid wings together
     real(rp) :: left = 0      !< share of the earlier slip that the last iteration left
   contains

@@ -8,7 +8,8 @@
 !>
 !> where I interpolates the flow, S is its adjoint, P the projection (fluid_point_forces) and M the response of the markers
 !> (fsi_marker_response). The forces are Lagrange multipliers (Taira & Colonius 2007, DOI 10.1016/j.jcp.2007.03.005). -F is the load
-!> on the wing, and F.U the power that it gives to the flow. M omits the periodic images; the next step corrects the remaining slip.
+!> on the wing, and F.(U(n) + U(n+1))/2 the power that it gives to the flow. M omits the periodic images; the next step corrects
+!> the remaining slip.
 !> The forces of all rigid wings are computed in one system of equations (fsi_wing_pairs), those of flexible wings wing by wing.
 !>
 !> If a marker lies in a penalized body, near the hinge, the body determines the flow: with chi of the body at the marker, the
@@ -212,8 +213,8 @@ contains
   end subroutine find_body_fractions
 
   !> Applies `force` to the flow that was sampled at the markers, which move with `u`. Sets `slip`, which is measured when it is
-  !> due, and the loads of the markers, which `wings` hold; powers are those of the mean velocities of the step. `poses` are those
-  !> of the wings at the end of the step. Collective.
+  !> due, and the loads of the markers, which `wings` hold; powers of wings are those of their mean velocities, that of the body of
+  !> its velocity at the end of the step. `poses` are those of the wings at the end of the step. Collective.
   subroutine thin_apply_forces(self, fluid, wings, poses)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid

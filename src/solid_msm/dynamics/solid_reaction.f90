@@ -4,8 +4,8 @@
 !> step that knows C is stable however light the wing is (Goza & Colonius 2017, doi:10.1016/j.jcp.2017.02.027, who solve for the
 !> wing and the forces of the flow at the same time).
 !>
-!> A time step that fails in one piece is made in parts. The load must then be such that its impulse over all parts is the impulse
-!> that the surroundings receive in the step.
+!> A time step that fails in one piece is made in parts. The load must then be such that the momentum which BDF2 makes of it over
+!> all parts is the impulse that the surroundings receive in the step.
 module solid_reaction
   use base_kinds, only: rp
   use solid_motion, only: frame_t

@@ -5,7 +5,7 @@ program test_wing_flights
   use base_kinds, only: rp
   use diagnosis_flight_changes, only: FLOW_LEAD, FLOW_YOUNG, N_CHANGES, N_FLOW
   use diagnosis_flight_data, only: flight_cases_t
-  use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_GRID
+  use diagnosis_flight_refinements, only: error_over_change, N_REFINEMENTS, REFINE_BEATS, REFINE_BOX, REFINE_GRID
   use diagnosis_flight_runner, only: flight_record_t, N_PHASES
   use diagnosis_wing_flights, only: wing_flights_t
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_FLIGHT, KIND_PARAMETER
@@ -98,11 +98,16 @@ contains
   !> The error of the grid is one of each case by itself.
   subroutine check_errors()
     real(rp) :: nuisances(2*N, 2)
+    call t%check_close('an error of first order is three times its change by 1.5 times the points', &
+                       error_over_change(REFINE_GRID), 3.0_rp, rtol=1.0e-14_rp)
+    call t%check_close('one that falls with the square of the box, 1.8 times', error_over_change(REFINE_BOX), 1.8_rp, &
+                       rtol=1.0e-14_rp)
+    call t%check_close('one of which no order is known is its change', error_over_change(REFINE_BEATS), 1.0_rp, rtol=1.0e-14_rp)
     call t%check('one error for each case', wing%n_nuisances == 2 .and. wing%n == 2*N .and. all(wing%nuisance == [0, 1]))
     call wing%nuisances([0.0_rp, 0.0_rp, 0.0_rp, log(YOUNG)], nuisances)
-    call close_to('that of the first', nuisances(:N, 1), 0.2_rp)
+    call close_to('that of the first', nuisances(:N, 1), 0.2_rp*error_over_change(REFINE_GRID))
     call close_to('is not one of the second', nuisances(N + 1:, 1), 0.0_rp)
-    call close_to('that of the second', nuisances(N + 1:, 2), 0.4_rp)
+    call close_to('that of the second', nuisances(N + 1:, 2), 0.4_rp*error_over_change(REFINE_GRID))
     call close_to('is not one of the first', nuisances(:N, 2), 0.0_rp)
   end subroutine check_errors
 

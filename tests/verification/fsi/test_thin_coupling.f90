@@ -289,7 +289,7 @@ contains
   end subroutine parts
 
   !> Flies to `t_end`. Returns errors of powers and energies, in parts of the work of the wing on the flow: work that the flow
-  !> receives at its velocities after the steps; kinetic energy that it gains by the forces; imbalance of the wing's own energy;
+  !> receives, which is less by that at the slip; kinetic energy that it gains by the forces; imbalance of the wing's own energy;
   !> imbalance of wing and flow together: the energy that the hinge gives and that neither of them receives. `force` is that on the
   !> wing at the end of the last step, from the means of the last two steps.
   subroutine fly_with_energies(f, t_end, errors, force)
