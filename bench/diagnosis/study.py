@@ -50,7 +50,7 @@ INPUT = {"Wing": {"E": "12.58e9", "D": "2.0e-7"}, "Measurement": {}, "Instrument
 # declared.
 LINES = {"bending": {}, "vibration": {"parameters": "E", "noise": "declared"}, "joint": {},
          "flight": {"noise": "declared"}}
-CPU_SECONDS = {"bending": (30, 0), "vibration": (15, 0), "joint": (30, 0), "flight": (30, 30)}  # of a case; and of an individual once
+CPU_SECONDS = {"bending": (30, 0), "vibration": (15, 0), "joint": (30, 0), "flight": (8, 45)}  # of a case; and of an individual once
 
 
 def ini_text(case, wing, measurement, more=None, kind="bending"):

@@ -32,7 +32,7 @@ module fsi_coupler
   use fsi_surface_load, only: surface_load_t, total_load
   use fsi_thin_coupling, only: advance_thin_wings, thin_report_t
   use fsi_thin_wings, only: thin_wings_t
-  use fsi_wing_deformation, only: rotate_forces_to_space, set_deformation
+  use fsi_wing_deformation, only: check_deflections, rotate_forces_to_space, set_deformation
   use fsi_wing_energy, only: energy_meter_t, wing_energy_t
   use fsi_wing_mirror, only: mirror_momenta, mirror_vectors
   use fsi_wing_solver, only: wing_solver_t

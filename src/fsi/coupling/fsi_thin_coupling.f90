@@ -89,12 +89,7 @@ contains
       report%distance = report%distance/max(way, tiny(way))
       if (report%distance <= params%tolerance) exit
     end do
-    if (last > 1 .and. report%distance > params%tolerance) then
-      call failure%raise('the strong coupling has not converged: after '//number_text(report%passes)//' passes the markers '// &
-                         'still move by '//number_text(report%distance)//' of their displacement in the step: set a '// &
-                         'smaller [Time] CFL or more [Flexible_wing] coupling_iterations')
-      return
-    end if
+    if (last > 1 .and. report%distance > params%tolerance) call fail_to_converge(report, failure)
     call check_deflections(wings, params%largest_deflection, failure) ! before the wings and the flow keep the force
     if (failure%failed) return
     do i = 1, size(solvers)
@@ -102,6 +97,15 @@ contains
     end do
     call thin%apply_forces(fluid, wings, poses)
   end subroutine advance_thin_wings
+
+  !> Says that the strong coupling has not converged.
+  subroutine fail_to_converge(report, failure)
+    type(thin_report_t), intent(in) :: report
+    type(failure_t), intent(inout) :: failure
+    call failure%raise('the strong coupling has not converged: after '//number_text(report%passes)//' passes the markers '// &
+                       'still move by '//number_text(report%distance)//' of their displacement in the step: set a '// &
+                       'smaller [Time] CFL or more [Flexible_wing] coupling_iterations')
+  end subroutine fail_to_converge
 
   !> Returns the pose of wing i at `time`.
   subroutine find_pose(wings, i, time, pose)
