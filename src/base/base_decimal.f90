@@ -4,16 +4,19 @@ module base_decimal
   use base_kinds, only: rp
   implicit none
   private
-  public :: one_decimal
+  public :: fixed
 
 contains
 
-  !> Returns a number below 1e12 with one decimal.
-  pure function one_decimal(x) result(text)
+  !> Returns a number below 1e24 with `decimals` digits, at most 12, after the decimal point.
+  pure function fixed(x, decimals) result(text)
     real(rp), intent(in) :: x
+    integer, intent(in) :: decimals
     character(:), allocatable :: text
-    character(16) :: buffer
-    write (buffer, '(f15.1)') x
+    character(40) :: buffer, form
+    write (form, '(a,i0,a)') '(f40.', decimals, ')'
+    write (buffer, form) x
     text = trim(adjustl(buffer))
-  end function one_decimal
+    if (text(len(text):) == '.') text = text(:len(text) - 1)
+  end function fixed
 end module base_decimal

@@ -6,7 +6,7 @@
 !> difference, which is robust against outliers and kinks, is 0.6745 sqrt(6) s (Hall, Kay and Titterington 1990, DOI
 !> 10.1093/biomet/77.3.521, for differences; Rousseeuw and Croux 1993 for the median).
 module diagnosis_noise
-  use base_decimal, only: one_decimal
+  use base_decimal, only: fixed
   use base_kinds, only: rp
   use base_sort, only: sort_reals
   use diagnosis_wing_bins, only: noise_model_t
@@ -221,7 +221,7 @@ contains
     if (estimate%warning /= '' .or. estimate%is_found .and. .not. estimate%model%length > 0) return
     ratio = sqrt(estimate%model%factor*scale)
     if (ratio > TOO_LARGE) then
-      estimate%warning = 'the data differ from the model '//one_decimal(ratio)//' times as much as the declared errors allow: '// &
+      estimate%warning = 'the data differ from the model '//fixed(ratio, 1)//' times as much as the declared errors allow: '// &
                          'these are too small, or the model is wrong in more than a cause'
     else if (ratio < 1/TOO_LARGE .and. estimate%is_found) then
       estimate%warning = 'heights differ less from smooth shapes than the declared errors allow: these are too large'

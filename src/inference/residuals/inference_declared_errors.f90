@@ -7,7 +7,7 @@
 !> variances is then chi^2 distributed, which gives k as a variance component (Searle, Casella and McCulloch 1992, ISBN
 !> 0-471-62162-5): its interval, and p of the hypothesis that k is at most TOLERATED.
 module inference_declared_errors
-  use base_decimal, only: one_decimal
+  use base_decimal, only: fixed
   use base_kinds, only: rp
   use base_lapack, only: symmetric_eigen
   use inference_residual_checks, only: make_check, residual_check_t
@@ -63,8 +63,8 @@ contains
     ratio = size_for(real(size(g), rp))
     ends = [size_for(chi2_threshold(log(0.05_rp), size(g))), size_for(chi2_threshold(log(0.95_rp), size(g)))]
     one = make_check(SIZE_WORDS//name, ratio, log_chi2_tail(sum_at(TOLERATED), size(g)), &
-                        name//' are '//one_decimal(ratio)//' times as large as declared (90 % interval '// &
-                        one_decimal(ends(1))//' to '//one_decimal(ends(2))//')', &
+                        name//' are '//fixed(ratio, 1)//' times as large as declared (90 % interval '// &
+                        fixed(ends(1), 1)//' to '//fixed(ends(2), 1)//')', &
                         name//' are no more than 1.5 times as large as declared')
     one%interval = ends
     checks = [checks, one]

@@ -8,7 +8,7 @@
 !> product is not normally distributed.) The other checks do not account for the fitted parameters, which makes p a little too
 !> large. `combined_log_p` combines the p of all checks that take part in a verdict.
 module inference_residual_checks
-  use base_decimal, only: one_decimal
+  use base_decimal, only: fixed
   use base_kinds, only: rp
   use base_text, only: number_text
   use inference_design, only: design_t
@@ -157,7 +157,7 @@ contains
     else if (noise_dof < huge(1)) then
       sentence = 'all differences together are larger than their errors allow'
     else
-      sentence = 'all differences together are '//one_decimal(sqrt(square/dof))//' times as large as the declared errors allow'
+      sentence = 'all differences together are '//fixed(sqrt(square/dof), 1)//' times as large as the declared errors allow'
     end if
     call append(checks, 'chi2', square/dof, log_p, sentence, 'all differences together are as large as their errors')
     checks(size(checks))%takes_part = square > dof

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Writes the comparison of two flights, that of the baseline and that with what was found, for people and to NAME.json.
 module diagnose_comparison
+  use base_decimal, only: fixed
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
-  use diagnose_words, only: fixed
   use diagnosis_flight_means, only: COMPARED, flight_comparison_t, N_COMPARED
   use io_json, only: json_t
   implicit none

@@ -2,10 +2,10 @@
 !> Counts the observations of a diagnosis by kinds of data: how many there are, what they contribute to chi^2 of the baseline and
 !> of the extended model, and how well both predict what was left out.
 module diagnose_counts
+  use base_decimal, only: fixed
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
-  use diagnose_words, only: fixed
   use inference_engine, only: diagnosis_t
   use inference_refit, only: nested_fit_t
   use inference_simulator, only: labels_t

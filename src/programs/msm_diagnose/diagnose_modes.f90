@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Reports natural modes in a diagnosis, in a line on the terminal, a list in NAME.json and tables in NAME.h5.
 module diagnose_modes
+  use base_decimal, only: fixed
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnose_counts, only: counts_t, DATA_MODES
   use diagnose_settings, only: diagnose_settings_t
-  use diagnose_words, only: fixed
   use diagnosis_wing_rest, only: mass_effects_at
   use diagnosis_wing_parameters, only: KIND_POINT_MASS
   use inference_engine, only: diagnosis_t

@@ -2,13 +2,13 @@
 !> Reports what to measure next, over all kinds of data: in words and as a table on the terminal, as the member `next` of
 !> NAME.json, and as NAME_next_measurements.csv.
 module diagnose_next
+  use base_decimal, only: fixed
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_text, only: number_text
   use base_text_file, only: write_text
   use diagnose_counts, only: kinds_of, DATA_BENDING, DATA_MODES, DATA_NAMES, DATA_SERIES
   use diagnose_settings, only: diagnose_settings_t
-  use diagnose_words, only: fixed
   use diagnosis_motion_proposals, only: motion_proposal_t, PROPOSE_MODES
   use diagnosis_next_measurement, only: next_measurement_t, next_option_t, NEXT_LOAD, NEXT_MOTION, NEXT_REPEAT
   use inference_engine, only: diagnosis_t

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Prints what a diagnosis found on the terminal, in at most 22 lines.
 module diagnose_summary
+  use base_decimal, only: fixed
   use base_kinds, only: rp
   use base_text, only: number_text
   use diagnose_counts, only: print_kinds
@@ -9,7 +10,6 @@ module diagnose_summary
   use diagnose_next, only: print_next
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_unknown, only: print_unknown
-  use diagnose_words, only: fixed
   use diagnosis_discretisation, only: discretisation_error_t
   use diagnosis_next_measurement, only: next_measurement_t
   use diagnosis_unknown, only: candidate_name, unknown_t

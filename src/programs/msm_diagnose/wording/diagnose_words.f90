@@ -11,12 +11,13 @@
 !>
 !> The words of each parameter are in the record of its cause: see diagnosis_causes. diagnose_wordings finds them.
 module diagnose_words
+  use base_decimal, only: fixed
   use base_kinds, only: rp
   use diagnose_wordings, only: find_wording
   use base_wording, only: displayed, wording_t, SCALE_PLAIN, SCALE_FRACTION
   implicit none
   private
-  public :: finding_t, finding_text, fixed, strength_text
+  public :: finding_t, finding_text, strength_text
 
   real(rp), parameter :: TIMES_FROM = 2.0_rp !< factors from which "3.1 times" says more than "210 % more"
   real(rp), parameter :: LEAST_TIMES = 0.01_rp
@@ -204,16 +205,4 @@ contains
     decimals = 0
     if (step > 0) decimals = max(0, min(MOST, -floor(log10(0.5_rp*step) + 1.0e-6_rp)))
   end function decimals_for
-
-  !> Returns x with `decimals` digits after the decimal point.
-  function fixed(x, decimals) result(text)
-    real(rp), intent(in) :: x
-    integer, intent(in) :: decimals
-    character(:), allocatable :: text
-    character(40) :: buffer, form
-    write (form, '(a,i0,a)') '(f40.', decimals, ')'
-    write (buffer, form) x
-    text = trim(adjustl(buffer))
-    if (text(len(text):) == '.') text = text(:len(text) - 1)
-  end function fixed
 end module diagnose_words
