@@ -182,11 +182,17 @@ def test_refused(case):
                             (forward, "has the entry 'case/forward.ini'; valid: RECORD: FILE"),
                             (f"gust: {forward}, gust: case/hover.ini", "names the record 'gust' twice"),
                             (f"gust: {forward}, calm: case/hover.ini", "simulates no record, because records gives a case to each of them"),
-                            ("gust: case/none.ini", "[Flight] records: ")):
+                            ("gust: case/none.ini", "[Flight] records: of the record gust: 'case/none.ini' does not exist"),
+                            ("gust: none.ini, calm: none.ini", "[Flight] records: of the record calm: 'none.ini' does not exist")):
         code, _, text = diagnose(case, "data.h5", "wrong", "", assigned)
-        check(code == 2 and words in text, text)
+        check(code == 2 and words in text and text.count("does not exist, neither") <= 1, text)
     code, _, text = diagnose(case, "data.h5", "wrong", "", has_file=False)
     check(code == 2 and "[Flight] file: is missing" in text, text)
+    for path in (case.folder / "case").iterdir():
+        shutil.copy(path, case.folder)
+    (case.folder / "forward.ini").rename(case.folder / "wrong_extended_flight.ini")
+    code, _, text = diagnose(case, "data.h5", "wrong", "", "gust: wrong_extended_flight.ini", flags=("--plan",))
+    check(code == 2 and "[Saving] name: wrong_extended_flight.ini is an input file and would be overwritten" in text, text)
     slow = case.folder / "case/forward.ini"
     slow.write_text(slow.read_text().replace("wing_frequency = ", "wing_frequency = 0.9*").replace("0.9*" + repr(1 / PERIOD), repr(0.9 / PERIOD)))
     code, _, text = diagnose(case, "data.h5", "wrong", "")
