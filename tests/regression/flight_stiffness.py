@@ -16,7 +16,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from synthetic_bending import ADEQUATE, NAMED, seal
+from synthetic_bending import ADEQUATE, NAMED, SET, seal
 from whole_program import SOURCE, check, ini_text, main, series
 
 PERIOD, HEAVE, BEATS = 2.0, 0.05, 2
@@ -142,6 +142,17 @@ def test_shared(case):
     # times as much leave 0.015, two of which are 3 %.
     check(together["sd"] < 0.015 and apart["sd"] > 0.07, f"sd of log E: {apart['sd']} and {together['sd']}")
     check(abs(together["value"] / (1.15 * YOUNG) - 1) < 0.03 < 0.05 < abs(apart["value"] / (1.15 * YOUNG) - 1), f"{apart} {together}")
+
+
+
+def test_other_cause(case):
+    """A wing that is heavier than assumed rings more slowly and flies on: it is no reason to compare flights, though E is common to both."""
+    add_mode(case.folder / "data.h5", 1.0, -8.0)
+    add_record(case.folder / "data.h5", flown(1.0), 3)
+    _, found, text = diagnose(case, "data.h5", "mass", "effects = balance_gain\nrounds = 0\n")
+    check(code in (NAMED, SET) and found["extended"], text)
+    check(not {"vein_stiffness", "membrane_bending", "elasticity"} & {one["effect"] for one in found["verdict"]["causes"]}, text)
+    check("flights" not in found and "compared" not in text, f"two flights that are the same: {text}")
 
 
 if __name__ == "__main__":
