@@ -149,7 +149,7 @@ def test_other_cause(case):
     """A wing that is heavier than assumed rings more slowly and flies on: it is no reason to compare flights, though E is common to both."""
     add_mode(case.folder / "data.h5", 1.0, -8.0)
     add_record(case.folder / "data.h5", flown(1.0), 3)
-    _, found, text = diagnose(case, "data.h5", "mass", "effects = balance_gain\nrounds = 0\n")
+    code, found, text = diagnose(case, "data.h5", "mass", "effects = balance_gain\nrounds = 0\n")
     check(code in (NAMED, SET) and found["extended"], text)
     check(not {"vein_stiffness", "membrane_bending", "elasticity"} & {one["effect"] for one in found["verdict"]["causes"]}, text)
     check("flights" not in found and "compared" not in text, f"two flights that are the same: {text}")
