@@ -19,7 +19,7 @@ module diagnosis_flight_comparison
 contains
 
   !> Sets s%comparison, if records of forces were diagnosed and a cause of the verdict changes the flight of a case: the first such
-  !> case is compared.
+  !> case is compared. Parameters of the baseline count as changes, but they alone are no reason to compare.
   subroutine compare_flights(s, d)
     class(diagnosis_case_t), intent(inout) :: s
     type(diagnosis_t), intent(in) :: d
@@ -32,10 +32,10 @@ contains
     if (.not. s%flights%is_ready .or. .not. d%extended%is_found) return
     do k = 1, size(s%flights%cases)
       change = s%flights%cases(k)%change_by(s%catalogue%parameters(d%extended%active))
-      columns = pack(d%extended%active, change%number > 0)
-      if (size(columns) > 0) exit
+      if (any(change(size(d%model%baseline%active) + 1:)%number > 0)) exit
     end do
-    if (size(columns) == 0) return
+    if (k > size(s%flights%cases)) return
+    columns = pack(d%extended%active, change%number > 0)
     response = approximation_of(d%extended, s%flights%cases(k))
     associate (p => s%catalogue%parameters(columns), q => d%extended%q(columns), result => s%comparison, case => s%flights%cases(k))
       call find_directions(posterior_of(d, columns), spread(1.0_rp, 1, size(columns)), size(columns), directions, result%share)

@@ -196,7 +196,8 @@ contains
   end subroutine approximate_flights
 
   !> Finds the changes c of kinematics and flow of a case at q, and the standard deviations sd_of of those that flights simulate; 0
-  !> for those that are not fitted.
+  !> for those that are not fitted. Both are 0 for a change whose first flights failed: it acts on no force, and a round
+  !> does not fly it.
   subroutine find_changes(self, data, q, sd, c, sd_of)
     class(further_runs_t), intent(in) :: self
     type(flight_data_t), intent(in) :: data
@@ -219,6 +220,10 @@ contains
         end if
       end do
     end associate
+    where (.not. data%response%is_known)
+      sd_of = 0
+      c(:N_FLOW) = 0
+    end where
   end subroutine find_changes
 
   !> Simulates the flights that rank 0 requests, on all ranks. On the other ranks `requests` may be empty. Collective.

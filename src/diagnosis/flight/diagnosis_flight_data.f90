@@ -13,7 +13,7 @@ module diagnosis_flight_data
   private
   public :: append_requests, change_t, flight_cases_t, flight_data_t
 
-  integer, parameter, public :: MOST_CASES = 9
+  integer, parameter, public :: MOST_CASES = 9 !< that one diagnosis takes; each has a result file in diagnose_results
 
   !> How a parameter changes flights: change `number` is scale (q - origin) at its coordinate q. 0: it changes none.
   type :: change_t

@@ -24,7 +24,7 @@ module diagnosis_flight_refinements
   !> order in the distance of points and in the thickness, and with the second in the step of the flow; the layer in a permeable
   !> solid is as thick as the root of the permeability (doi:10.1007/s002110050401); the flow of the images of a body falls with the
   !> square of their distance. No order is known of the sponge and of the beats: 0 says that the refined flight has no such error.
-  real(rp), parameter :: LEFT(N_REFINEMENTS) = [1/FINER, 1/FINER**2, sqrt(TIGHTER), THINNER, 1/WIDER**2, 0._rp, 0._rp]
+  real(rp), parameter :: LEFT(N_REFINEMENTS) = [1/FINER, 1/FINER**2, sqrt(TIGHTER), THINNER, 1/WIDER**2, 0.0_rp, 0.0_rp]
 
   integer, parameter :: EVERY = N_REFINEMENTS + 1, USUAL = N_REFINEMENTS + 2, NOTHING = N_REFINEMENTS + 3
   type(named_kind_t), parameter :: NAMES(N_REFINEMENTS + 3) = [ &

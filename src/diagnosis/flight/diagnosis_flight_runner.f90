@@ -43,7 +43,8 @@ module diagnosis_flight_runner
     real(rp) :: along(3) = [1, 0, 0]                   !< unit vector along which drag points
     logical :: is_alone = .true.                       !< the wing has no other data: E and D are causes here
     logical :: shares(2) = .false.                     !< E and D are parameters of other data, too, and the wings bend
-    real(rp) :: material(3) = 1                        !< E [Pa], D [N m] and thickness [m] of wings that bend
+    real(rp) :: material(3) = 1                        !< E [Pa] and D [N m] of wings that bend; the thickness [m] that is this D in
+    !< the wing of the diagnosis
     real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records

@@ -10,6 +10,7 @@ module diagnosis_wing_entries
   use inference_simulator, only: effect_t, variant_t
   use measurement_experiment, only: experiment_t
   use measurement_instrument, only: missing_for
+  use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS
   implicit none
   private
   public :: catalogue_t, append_variant, enter_structural, enter_instrument, percent, millimetres
@@ -29,7 +30,7 @@ contains
 
   !> Enters a cause with those of its parameters that the wing has, released together or one after another. A parameter whose name
   !> ends with a colon is one for each part. The cause is not testable if `missing` says what the data lack, if the wing has no such
-  !> parameter, or if the baseline fits it as one of the parameters `numbers`.
+  !> parameter, or if the baseline fits it as one of the parameters `numbers`. `thickness` is D by another name.
   subroutine enter_structural(c, e, numbers, cause, missing)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
@@ -42,7 +43,7 @@ contains
     integer :: i, k, n
     allocate (variants(0), columns(0))
     do i = 1, e%model%params%count()
-      if (any(numbers == i)) cycle
+      if (any(numbers == i) .or. i == PARAM_PLATE .and. any(numbers == PARAM_THICKNESS)) cycle
       p = e%model%params%describe(i)
       do k = 1, size(cause%parameters)
         if (.not. has_name(p%name, cause%parameters(k)%value%name)) cycle
@@ -80,7 +81,7 @@ contains
     integer :: i
     missing = 'the wing has no such part'
     do i = 1, size(numbers)
-      p = e%model%params%describe(numbers(i))
+      p = e%model%params%describe(merge(PARAM_PLATE, numbers(i), numbers(i) == PARAM_THICKNESS))
       if (index(p%name, name) == 1) missing = 'it is a free parameter of the baseline'
     end do
   end function lacks_parameters

@@ -165,10 +165,10 @@ contains
     call keys%text('effects', c%effects, '', 'effects of kinematics, flow and balance to look for: names separated by commas; '// &
                    'empty: all effects that the case permits (docs/theory/flight-records.md)')
     call keys%text('refine', c%refine, 'yes', 'numerical errors, separated by commas: one further flight makes each of them '// &
-                   'smaller, and the difference counts as an error; grid (1.5 times as many points in each direction), step '// &
-                   '(1.5 times as many steps), penalization (half of eps), thickness (0.7 times that of wings in the mask), '// &
-                   'box (1.5 times as large), sponge (twice as thick), beats (one more); yes: those that the case permits, '// &
-                   'without step; all: with step; no: none')
+                   'smaller, and the difference, times a factor by the order of the method, counts as an error; grid (1.5 '// &
+                   'times as many points in each direction), step (1.5 times as many steps), penalization (half of eps), '// &
+                   'thickness (0.7 times that of wings in the mask), box (1.5 times as large), sponge (twice as thick), beats '// &
+                   '(one more); yes: those that the case permits, without step; all: with step; no: none')
     call keys%integer('rounds', c%rounds, 3, 'largest number of rounds; a round simulates a clear cause with its fitted '// &
                       'values and fits it again; 0: the forces come from an approximation about the case', min=0, max=20)
     call keys%real('model_sd', c%model_sd, 0.02_rp, 'relative error of the simulated forces over the whole beat, both common '// &

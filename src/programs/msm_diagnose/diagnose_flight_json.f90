@@ -10,7 +10,7 @@ module diagnose_flight_json
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, N_CHANGES, N_FLOW
   use diagnosis_flight_data, only: flight_cases_t, flight_data_t
-  use diagnosis_flight_refinements, only: refinement_names, N_REFINEMENTS, REFINE_GRID
+  use diagnosis_flight_refinements, only: error_over_change, refinement_names, N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_request_t
   use diagnosis_wing_flights, only: wing_flights_t
   use diagnosis_wing_state, only: wing_state_t
@@ -134,13 +134,16 @@ contains
     call json%put('point', f%points(:, at(1)))
   end subroutine put_component
 
-  !> Adds the root mean squares of what refinements change, the first columns of refined(:, :), which are in sd.
+  !> Adds the root mean squares of what refinements change, in sd. The first columns of refined(:, :) are the errors of the case
+  !> that these changes show.
   subroutine put_differences(json, is_refined, refined)
     type(json_t), intent(inout) :: json
     logical, intent(in) :: is_refined(N_REFINEMENTS)
     real(rp), intent(in) :: refined(:, :)
     real(rp) :: rms(count(is_refined))
-    rms = sqrt(sum(refined(:, :size(rms))**2, 1)/size(refined, 1))
+    integer :: i
+    rms = sqrt(sum(refined(:, :size(rms))**2, 1)/size(refined, 1))/ &
+          pack([(error_over_change(i), i=1, N_REFINEMENTS)], is_refined)
     call json%put('grid_difference_sd', sum(rms(:min(1, size(rms))), is_refined(REFINE_GRID)))
     call json%put('refinement_differences_sd', rms)
   end subroutine put_differences
@@ -172,9 +175,9 @@ contains
     call json%put('no_more_rounds', d%rounds%reason)
   end subroutine put_rounds
 
-  !> Writes NAME_extended_flight.ini, and for the further cases NAME_extended_flight_2.ini and so on: the case with the errors of
-  !> the kinematics and the flow that were found. Another beat frequency is only mentioned in a comment. Writes no file for a case
-  !> in which no other error was found.
+  !> Writes NAME_extended_flight.ini, and for the further cases NAME_extended_flight_2.ini and so on: the case with the
+  !> kinematics, the flow, E and D that were found. Another beat frequency is only mentioned in a comment. Writes no file for a case
+  !> whose kinematics, flow, E and D are those that were found.
   subroutine write_extended_flight(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

@@ -31,6 +31,7 @@ module diagnose_settings
   use solid_effects, only: active_needs, clamp_axis, clamp_compliance
   use solid_mass, only: lump_mass
   use solid_params, only: solid_params_t
+  use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS
   use solid_wing, only: MEMBRANE_UNSTATED
   use solid_wing_refine, only: coarsen_params, refine_params, refine_wing
   implicit none
@@ -71,7 +72,7 @@ contains
     input%may_plan = may_plan
     call load_bending_case(input, s%config, world, s, errors, notices)
     if (.not. allocated(s%free_parameters%numbers)) return
-    call check_output_files(s, errors)
+    call check_output_files(s, list_inputs(s), errors)
     if (size(s%free_parameters%instrument_numbers) > 0) call s%config%complain(errors, 'Diagnose', 'parameters', &
                                                'must hold parameters of the wing only, none of the measurement')
     if (errors%count() > 0) return
@@ -80,6 +81,10 @@ contains
     s%flights%free = s%free_parameters%numbers
     if (errors%count() == 0) call load_flights(s%config, s%choices%flight, s%measurement, world, s%runner, s%flights, &
                                                errors, notices)
+    if (errors%count() == 0 .and. allocated(s%flights%cases)) then
+      call check_output_files(s, list_cases(s), errors)
+      call find_thickness(s)
+    end if
     if (errors%count() == 0) call make_all(s, errors, notices)
     if (errors%count() == 0 .and. s%choices%flight%compare) call check_compared_wing(s, world, errors)
   end subroutine load_diagnose_settings
@@ -105,14 +110,44 @@ contains
     end associate
   end subroutine check_modes
 
-  !> Adds a mistake if a result would overwrite a file that is read.
-  subroutine check_output_files(s, errors)
+  !> Finds the thickness that is D of each case that bends. A thickness that the baseline fits is one of the wing of the diagnosis,
+  !> whose membrane may have another modulus than that of the case.
+  subroutine find_thickness(s)
+    type(diagnose_settings_t), intent(inout) :: s
+    type(solid_params_t) :: params
+    integer :: k
+    params = s%wing_case%requested
+    do k = 1, size(s%flights%cases)
+      if (.not. s%flights%cases(k)%facts%is_flexible) cycle
+      call params%set(PARAM_PLATE, s%flights%cases(k)%facts%material(2))
+      s%flights%cases(k)%facts%material(3) = params%get(PARAM_THICKNESS)
+    end do
+  end subroutine find_thickness
+
+  !> Returns the paths of the wing and of the measurement.
+  function list_inputs(s) result(paths)
     type(diagnose_settings_t), intent(in) :: s
+    type(message_list_t) :: paths
+    call paths%add(s%wing_case%path)
+    if (allocated(s%measurement_path)) call paths%add(s%measurement_path)
+  end function list_inputs
+
+  !> Returns the paths of the cases that are flown.
+  function list_cases(s) result(paths)
+    type(diagnose_settings_t), intent(in) :: s
+    type(message_list_t) :: paths
+    integer :: k
+    do k = 1, size(s%flights%cases)
+      call paths%add(s%flights%cases(k)%facts%path)
+    end do
+  end function list_cases
+
+  !> Adds a mistake if a result would overwrite a file that is read, the input itself or one of `inputs`.
+  subroutine check_output_files(s, inputs, errors)
+    type(diagnose_settings_t), intent(in) :: s
+    type(message_list_t), intent(in) :: inputs
     type(message_list_t), intent(inout) :: errors
-    type(message_list_t) :: inputs
     integer :: i
-    call inputs%add(s%wing_case%path)
-    if (allocated(s%measurement_path)) call inputs%add(s%measurement_path)
     do i = 1, size(RESULTS)
       call refuse_overwriting(s%config, 'Saving', 'name', s%name//trim(RESULTS(i)), inputs, errors)
     end do

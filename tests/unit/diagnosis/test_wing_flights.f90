@@ -3,18 +3,18 @@
 program test_wing_flights
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_flight_changes, only: FLOW_LEAD, FLOW_YOUNG, N_CHANGES, N_FLOW
-  use diagnosis_flight_data, only: flight_cases_t
+  use diagnosis_flight_changes, only: FLOW_LEAD, FLOW_PLATE, FLOW_YOUNG, N_CHANGES, N_FLOW
+  use diagnosis_flight_data, only: change_t, flight_cases_t
   use diagnosis_flight_refinements, only: error_over_change, N_REFINEMENTS, REFINE_BEATS, REFINE_BOX, REFINE_GRID
   use diagnosis_flight_runner, only: flight_record_t, N_PHASES
   use diagnosis_wing_flights, only: wing_flights_t
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_FLIGHT, KIND_PARAMETER
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
-  use solid_usual_causes, only: PARAM_YOUNG
+  use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS, PARAM_YOUNG
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: N = 5, FZ = 3 !< times of each record, its component
-  real(rp), parameter :: STEP = 0.1_rp, YOUNG = 2.0e9_rp
+  real(rp), parameter :: STEP = 0.1_rp, YOUNG = 2.0e9_rp, PLATE = 3.0e-7_rp, THICKNESS = 2.0e-5_rp
   type(testkit_t) :: t
   type(flight_cases_t) :: data
   type(wing_parameter_t) :: parameters(4) !< the lead of all, of the first and of the second case, and E
@@ -23,6 +23,7 @@ program test_wing_flights
   call t%start(parallel=.false.)
   call make()
   call check_derivatives()
+  call check_plate()
   call check_errors()
   call t%finish()
 
@@ -60,7 +61,8 @@ contains
         case%last = k
         case%refined = refined
         case%facts%shares(1) = k == 2
-        case%facts%material(1) = YOUNG
+        case%facts%shares(2) = k == 2
+        case%facts%material = [YOUNG, PLATE, THICKNESS]
         case%response%n_harmonics = 3
         call case%response%take(steps, refined, records, failure)
         call t%check('the flights are taken', .not. failure%failed)
@@ -94,6 +96,26 @@ contains
     call t%check_close('a lead adds up', c(FLOW_LEAD), 0.05_rp, rtol=1.0e-13_rp)
     call t%check_close('E is a factor on that of the case', c(FLOW_YOUNG), log(1.1_rp), rtol=1.0e-13_rp)
   end subroutine check_derivatives
+
+  !> D counts from that of the case. A thickness changes D by its third power, from the one that is this D. Neither acts on rigid
+  !> wings, and E is another change.
+  subroutine check_plate()
+    integer, parameter :: NUMBERS(3) = [PARAM_YOUNG, PARAM_PLATE, PARAM_THICKNESS]
+    type(wing_parameter_t) :: p(3)
+    type(change_t) :: change(3)
+    real(rp) :: c(N_CHANGES)
+    p%kind = KIND_PARAMETER
+    p%number = NUMBERS
+    change = data%cases(2)%change_by(p)
+    call t%check('E, D and thickness are changes of E, D and D', all(change%number == [FLOW_YOUNG, FLOW_PLATE, FLOW_PLATE]))
+    change = data%cases(1)%change_by(p)
+    call t%check('none of them changes rigid wings', all(change%number == 0))
+    c = data%cases(2)%changes_at(p(2:2), [log(1.2_rp*PLATE)])
+    call t%check_close('D is a factor on that of the case', c(FLOW_PLATE), log(1.2_rp), rtol=1.0e-13_rp)
+    c = data%cases(2)%changes_at(p(3:3), [log(1.2_rp*THICKNESS)])
+    call t%check_close('a plate that is thicker by f has f^3 times the D', c(FLOW_PLATE), log(1.2_rp**3), rtol=1.0e-13_rp)
+    call t%check_close('and the same E', c(FLOW_YOUNG), 0.0_rp, atol=0.0_rp)
+  end subroutine check_plate
 
   !> The error of the grid is one of each case by itself.
   subroutine check_errors()

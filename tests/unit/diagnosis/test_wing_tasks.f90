@@ -9,6 +9,7 @@ program test_wing_tasks
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
   use diagnosis_wing_observed, only: diagnosed_wing_t
+  use diagnosis_wing_parameters, only: KIND_PARAMETER
   use loaded_wing, only: wing_of_argument
   use measurement_bending_runner, only: bending_runner_t
   use measurement_bending_task, only: bending_task_t, task_input, N_FACTS, TASK_DIRECTIONS, TASK_EVALUATE
@@ -17,6 +18,7 @@ program test_wing_tasks
   use measurement_observed_wing, only: observed_wing_t, wing_patterns_t
   use solid_params, only: default_params, solid_params_t
   use solid_statics, only: static_options_t
+  use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
   implicit none
@@ -56,6 +58,7 @@ program test_wing_tasks
     end do
   end do
   call t%check('most quantities change the shape or what is seen', n_moved >= 30)
+  call check_thickness()
   call runner%free()
   call t%finish()
 
@@ -106,6 +109,25 @@ contains
     call move_alloc(diagnosed, observed)
     call runner%init(observed)
   end subroutine make
+
+  !> A baseline that fits the thickness has D already: D is no parameter of a cause, and a cause of D alone says why
+  !> it is not tested.
+  subroutine check_thickness()
+    type(catalogue_t) :: of_thickness
+    integer :: e
+    call make_catalogue(bare, wing, [PARAM_THICKNESS], 1.0_rp, of_thickness)
+    associate (p => of_thickness%parameters)
+      call t%check('D is not fitted twice', .not. any(p%kind == KIND_PARAMETER .and. p%number == PARAM_PLATE))
+    end associate
+    do e = 1, size(of_thickness%effects)
+      associate (effect => of_thickness%effects(e))
+        if (effect%name == 'membrane_bending') call t%check('the membrane is a part of the baseline', &
+                                                            effect%missing == 'it is a free parameter of the baseline')
+        if (effect%name == 'elasticity') call t%check('the springs are tested without it', &
+                                                      effect%missing == '' .and. size(effect%variants(1)%columns) == 3)
+      end associate
+    end do
+  end subroutine check_thickness
 
   !> What task k gives at the point, without warm start, with a derivative with respect to E.
   function done(k, point) result(output)

@@ -26,7 +26,6 @@ module diagnose_flight_case
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   use simulation_plans, only: expected_steps
-  use solid_usual_causes, only: PARAM_THICKNESS
   use simulation_settings, only: load_settings, settings_t
   implicit none
   private
@@ -119,7 +118,7 @@ contains
       if (any(s%fluid%mean%kind /= MEAN_FIXED)) facts%missing(FLOW_WIND + 1:FLOW_WIND + 3) = &
         'needs a prescribed mean flow: [MeanFlow] iMeanFlow = 1'
       if (s%flexible) then
-        facts%material = [s%coupler%model%params%young, s%coupler%model%params%plate, s%coupler%model%params%get(PARAM_THICKNESS)]
+        facts%material(:2) = material_of(self)
       else
         facts%missing([FLOW_YOUNG, FLOW_PLATE]) = 'needs wings that bend'
       end if

@@ -146,7 +146,8 @@ contains
   end subroutine read_assignments
 
   !> Finds the files of all records. Those of the same file are one case. case_of(i) is the number of the case of assigned(i). The
-  !> case that [Flight] file names is the first one. Adds a mistake for each file that is not there. Collective.
+  !> case that [Flight] file names is the first one. Adds a mistake if that file is not there, and one for all files of `records`
+  !> that are not there. Collective.
   subroutine find_cases(config, assigned, world, cases, case_of, errors)
     type(config_t), intent(in) :: config
     type(assigned_t), intent(in) :: assigned(:)
@@ -155,21 +156,21 @@ contains
     integer, allocatable, intent(out) :: case_of(:)
     type(message_list_t), intent(inout) :: errors
     type(flight_data_t) :: found(size(assigned))
-    character(:), allocatable :: path, problem
+    character(:), allocatable :: path, problem, problems
     integer :: i, k, n, turn
-    logical :: is_told
     allocate (case_of(size(assigned)), source=0)
     n = 0
-    is_told = .false.
     do turn = 1, 2
+      problems = ''
       do i = 1, size(assigned)
         if (assigned(i)%is_named .neqv. turn == 2) cycle
-        if (is_told .and. turn == 1) cycle ! the same file again
         if (allocated(problem)) deallocate (problem)
         call find_beside(config%file_name(), assigned(i)%file, path, problem, world)
         if (allocated(problem)) then
-          call config%complain(errors, 'Flight', trim(merge('file   ', 'records', turn == 1)), problem)
-          is_told = .true.
+          if (index(problems, problem) > 0) cycle ! the same file again
+          if (problems /= '') problems = problems//'; '
+          if (turn == 2) problems = problems//'of the record '//assigned(i)%record//': '
+          problems = problems//problem
           cycle
         end if
         path = real_path(path)
@@ -183,6 +184,7 @@ contains
         found(k)%number = k
         found(k)%facts%path = path
       end do
+      if (problems /= '') call config%complain(errors, 'Flight', trim(merge('file   ', 'records', turn == 1)), problems)
     end do
     allocate (cases(n))
     do k = 1, n

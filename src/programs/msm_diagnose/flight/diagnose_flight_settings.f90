@@ -67,7 +67,7 @@ contains
     runner%folder = c%folder
     runner%ranks = c%ranks
     do k = 1, size(data%cases)
-      call load_case(c, world, runner%cases(k), data%cases(k)%facts, k, errors, notices)
+      call load_case(c, world, runner%cases(k), data%cases(k)%facts, k, size(data%cases) > 1, errors, notices)
     end do
     if (errors%count() > 0) return
     if (.not. has_records) then
@@ -89,8 +89,8 @@ contains
         call take_records(config, measurement%flights(case%first:case%last), is_named, world, runner%cases(k), data%cases(k), &
                           errors, notices)
         if (case%facts%is_section .neqv. data%cases(1)%facts%is_section) &
-          call errors%add(case%facts%path//' and '//data%cases(1)%facts%path//': one is two-dimensional and one is not, but '// &
-                          'the records of one measurement are of one kind')
+          call config%complain(errors, 'Flight', 'records', 'needs cases of one kind, but of '//data%cases(1)%facts%path// &
+                               ' and '//case%facts%path//' one is two-dimensional and one is not')
       end associate
     end do
     data%has_records = .true.
@@ -143,24 +143,28 @@ contains
     cases(1)%facts%path = path
   end subroutine find_compared
 
-  !> Reads case `number`, whose path is in `facts`, and fills its facts. Mistakes go to `errors` and remarks to `notices`.
-  !> Collective.
-  subroutine load_case(c, world, case, facts, number, errors, notices)
+  !> Reads case `number`, whose path is in `facts`, and fills its facts. Mistakes go to `errors` and remarks to `notices`, with this
+  !> path if there are other cases. Collective.
+  subroutine load_case(c, world, case, facts, number, has_others, errors, notices)
     type(flight_choices_t), intent(in) :: c
     type(world_t), intent(in) :: world
     type(flight_case_t), intent(inout) :: case
     type(flight_facts_t), intent(inout) :: facts
     integer, intent(in) :: number
+    logical, intent(in) :: has_others
     type(message_list_t), intent(inout) :: errors, notices
     type(message_list_t) :: of_case, remarks
+    character(:), allocatable :: place
     integer :: i
     call case%load(facts%path, c%beats, world, of_case, remarks)
     do i = 1, of_case%count()
       call errors%add(of_case%text(i))
     end do
     if (of_case%count() > 0 .or. errors%count() > 0) return
+    place = 'of [Flight] '//trim(merge('file   ', 'records', number == 1 .and. c%file /= ''))
+    if (has_others) place = place//', '//facts%path
     do i = 1, remarks%count()
-      call notices%add('of [Flight] '//trim(merge('file   ', 'records', number == 1))//': '//remarks%text(i))
+      call notices%add(place//': '//remarks%text(i))
     end do
     associate (length => case%settings%units%length, omitted => case%omitted)
       omitted%wall_distance = c%wall_distance/length
@@ -338,7 +342,7 @@ contains
     integer, parameter :: MATERIAL(2) = [FLOW_YOUNG, FLOW_PLATE]
     character(*), parameter :: NAMES = 'ED'
     type(failure_t) :: missing, failure
-    character(:), allocatable :: reason
+    character(:), allocatable :: reason, of_case
     integer :: j
     if (world%is_root) call data%response%take(steps, data%refined, records, missing)
     call broadcast_failure(world, missing, failure)
@@ -358,13 +362,14 @@ contains
         'notice: the flights of '//data%facts%path//' do not follow '//NAMES(j:j)//' of the wing: '//reason
     end do
     reason = uncounted_errors(data%facts, data%response%reason)
-    if (world%is_root .and. reason /= '') write (error_unit, '(a)') 'notice: stated errors are not counted: '//reason
+    of_case = ''
+    if (data%facts%label /= '') of_case = 'of '//data%facts%path//' '
+    if (world%is_root .and. reason /= '') write (error_unit, '(a)') 'notice: '//of_case//'stated errors are not counted: '//reason
     if (.not. world%is_root .or. .not. any(data%refined)) return
     ! The largest root mean square over the beat, in percent of that of the component. Components below a hundredth of the largest
     ! force, or torque, do not count.
-    reason = ''
-    if (data%facts%label /= '') reason = ' of '//data%facts%path
-    write (output_unit, '(a)') 'numerics  change forces'//reason//', in % of their rms: '// &
+    if (of_case /= '') of_case = ' '//trim(of_case)
+    write (output_unit, '(a)') 'numerics  change forces'//of_case//', in % of their rms: '// &
       list_text(data%refined, [(100*data%response%relative_size(j), j=1, N_REFINEMENTS)])
   end subroutine take_flights
 end module diagnose_flight_settings
