@@ -225,7 +225,7 @@ contains
     class(reaction_t), intent(inout), optional :: reaction
     real(rp) :: scale, floor, noise, small, size_r, last_size, newton_sizes(2)
     integer :: iteration, n_newton
-    real(rp), parameter :: ROUGH = 0.5_rp
+    real(rp), parameter :: ROUGH = 0.5_rp, NEAR = 0.01_rp
     logical :: was_iterated, is_warm, is_solved, is_rough, is_second
     floor = 4*epsilon(scale)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(scale)*hinge_forces(model)
@@ -245,9 +245,10 @@ contains
       small = max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
       converged = size_r <= small .and. iteration > 0
       if (converged) exit
-      ! Where no force balances the residual, an older tangent leads astray. The second one saves up to three iterations.
+      ! Where no force balances the residual, an older tangent leads astray. Near it the second one
+      ! saves up to three iterations.
       is_rough = present(reaction) .and. iteration > 0 .and. size_r > ROUGH*scale
-      is_second = present(reaction) .and. iteration == 1 .and. .not. is_warm .and. n_newton < options%iterations
+      is_second = present(reaction) .and. iteration == 1 .and. .not. is_warm .and. size_r < NEAR*scale
       if (was_iterated .or. is_rough .or. is_second .or. &
           needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
         if (n_newton == options%iterations) exit
