@@ -248,7 +248,8 @@ contains
       ! Where no force balances the residual, an older tangent leads astray. Near it the second one
       ! saves up to three iterations.
       is_rough = present(reaction) .and. iteration > 0 .and. size_r > ROUGH*scale
-      is_second = present(reaction) .and. iteration == 1 .and. .not. is_warm .and. size_r < NEAR*scale
+      is_second = present(reaction) .and. iteration == 1 .and. .not. is_warm .and. size_r < NEAR*scale .and. &
+                  n_newton < options%iterations
       if (was_iterated .or. is_rough .or. is_second .or. &
           needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
         if (n_newton == options%iterations) exit
