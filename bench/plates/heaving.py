@@ -145,8 +145,8 @@ def harmonic(t, x, frequency):
 
 
 def measure(folder, case):
-    """Returns what the plate does over the last beats: amplitude and lead of the pitch in degrees, complex displacement of the rear
-    edge over the amplitude of the heave, means of thrust and power, and the largest difference between beats of the thrust."""
+    """Returns numbers of the last beats: amplitude and lead of the pitch in degrees, complex displacement of the rear edge over the
+    amplitude of the heave, mean thrust, mean power, and the largest difference of the thrust between two beats."""
     frequency, amplitude = case["frequency"], case["amplitude"]
     end = BEATS / frequency
     tip = series(folder / "bending_left.t")

@@ -74,8 +74,8 @@ def beam_mode(number, begin):
 
 
 def heaving(frequency, amplitude, rigidity, mass, begin):
-    """Returns what a plate does whose front part, up to `begin` chords, heaves as amplitude cos(2 pi f t). Rigidity per width is in
-    rho U^2 c^3, mass per area in rho c; rigidity None: a rigid plate. All lengths are in chords, frequencies in U/c.
+    """Returns motion and forces of a plate. Its front part, up to `begin` chords, moves up and down as amplitude cos(2 pi f t); the
+    rest bends. Rigidity per width is in rho U^2 c^3, mass per area in rho c; rigidity None: a rigid plate. All lengths are in chords, frequencies in U/c.
 
     tip: complex displacement of the rear edge; thrust and power: means over rho U^2 c/2 and rho U^3 c/2; suction: the part of the thrust
     that acts on the front edge."""
