@@ -23,6 +23,7 @@ program test_thin_coupling
   call balance()
   call steps()
   call parts()
+  call too_far()
   call translation()
   call t%finish()
 
@@ -287,6 +288,25 @@ contains
     call t%check('steps are made in parts', pieces >= 4*n)
     call t%check_below('parts are closer to small steps than half the step', errors(2), 0.5_rp*errors(1))
   end subroutine parts
+
+  !> A wing that bends beyond the limit ends the flight before the forces of this step reach the flow or the next step.
+  subroutine too_far()
+    real(rp), parameter :: T_END = 0.02_rp
+    type(flight_t), allocatable :: f
+    real(rp), allocatable :: on_flow(:, :), last(:, :)
+    allocate (f)
+    call prepare(f)
+    call f%step(T_END)
+    on_flow = f%thin%force
+    last = f%thin%wings(1)%last_force
+    call t%check('there are forces', any(abs(on_flow) > 0) .and. any(abs(last) > 0))
+    f%coupler%params%largest_deflection = 1.0e-12_rp
+    call f%step(T_END + f%dt)
+    call t%check('a wing bends too far', f%failure%failed)
+    call t%check('the flow has the forces of the step before', all(abs(f%thin%force - on_flow) <= 0))
+    call t%check('and so has the next load', all(abs(f%thin%wings(1)%last_force - last) <= 0))
+    call f%free()
+  end subroutine too_far
 
   !> Flies to `t_end`. Returns errors of powers and energies, in parts of the work of the wing on the flow: work that the flow
   !> receives, which is less by that at the slip; kinetic energy that it gains by the forces; imbalance of the wing's own energy;
