@@ -6,9 +6,9 @@
 !> the lines on which it is needed, the inverse transform and the sampling. solid: moving all wings over the step. checks:
 !> measuring the gaps between the wings and their distance to the sides of the box. Parts for wings without thickness. meet:
 !> reading the flow at the markers. solid: moving all wings over the step. renew: computing the responses of the markers. push:
-!> adding their forces to the flow, and measuring the slip afterwards. Each part of a step is the wall time of the slowest rank,
-!> measured where the work is done; the time of the step is the sum of the parts and of the rest of the fluid's pass. The work of
-!> keeping the pressure is spread over the whole pass: its time is the difference between passes that do it and passes that do
+!> adding their forces to the flow. read: reading the slip afterwards, in the next pass of the fluid. Each part of a step is the
+!> wall time of the slowest rank, measured where the work is done; the time of the step is the sum of the parts and of the rest of
+!> the fluid's pass. The work of keeping the pressure is spread over the whole pass: its time is the difference between passes that do it and passes that do
 !> not, measured in turns. Every number is the median over the steps.
 program bench_coupling
   use, intrinsic :: iso_fortran_env, only: output_unit
@@ -32,7 +32,7 @@ program bench_coupling
   use simulation_settings, only: load_settings, settings_t
   implicit none
   integer, parameter :: FLOW = 1, MASK = 2, LOOK = 3, SOLID = 4, CHECKS = 5, WAIT = 6, SOLVE = 7, FACTORS = 8, &
-                        MEET = 9, RENEW = 10, PUSH = 11
+                        MEET = 9, RENEW = 10, PUSH = 11, READ = 12
   type(world_t) :: world
   type(settings_t) :: settings
   type(fluid_t) :: fluid
@@ -46,6 +46,7 @@ program bench_coupling
   character(256) :: argument
   real(rp), allocatable :: times(:, :)
   real(rp) :: least(1), keep
+  real(rp) :: differences(3) = 0 !< of the flow at the markers; slip sampled and read; over the largest speed
   integer :: begin_with, steps, i
 
   call world%start()
@@ -80,13 +81,14 @@ program bench_coupling
   else
     call fluid%start(failure)
   end if
-  allocate (times(11, steps))
+  allocate (times(12, steps))
   do i = 1, begin_with
     call one_step(times(:, 1))
   end do
   do i = 1, steps
     call one_step(times(:, i))
   end do
+  if (coupler%is_thin) call compare_slips()
   keep = 0
   if (.not. coupler%is_thin) keep = keeping_seconds()
   least = floor_seconds(fluid%transform, 6, merge(6, 3, settings%fluid%sponge%is_on))
@@ -105,14 +107,18 @@ contains
     real(rp), intent(out) :: t(:)
     type(request_t) :: request
     real(rp) :: own(1)
+    logical :: is_new
     integer :: w
     t = 0
     call coupler%add_request(request)
     t(MASK) = -wings%seconds
+    t(READ) = -fluid%rhs%reader%seconds
     call start_watch(t(FLOW))
     call fluid%step(request, failure, wings, coupler%trial)
+    if (coupler%is_thin) call thin%read_slip(fluid, is_new)
     call stop_watch(t(FLOW))
     t(MASK) = t(MASK) + wings%seconds
+    t(READ) = t(READ) + fluid%rhs%reader%seconds
     call start_watch(t(LOOK))
     call coupler%sample_load(fluid, wings)
     call stop_watch(t(LOOK))
@@ -135,6 +141,26 @@ contains
     end do
     call world%max_reals(t)
   end subroutine one_step
+
+  !> Makes three more steps, and compares the flow at the markers that the next pass reads with the flow that is sampled there.
+  subroutine compare_slips()
+    real(rp) :: t(size(times, 1)), sampled(3, size(thin%x, 2))
+    integer :: i
+    logical :: is_new
+    type(request_t) :: request
+    if (.not. fluid%rhs%reader%is_possible) return
+    do i = 1, 3
+      call one_step(t)
+      if (.not. thin%slip%is_due) cycle
+      call fluid%velocities_at_points(sampled)
+      call fluid%evaluate(request, failure, wings)
+      call thin%read_slip(fluid, is_new)
+      differences(1) = max(differences(1), sqrt(maxval(sum((fluid%rhs%reader%velocities - sampled)**2, 1)))/thin%slip%speed)
+      differences(3) = thin%slip%after/thin%slip%speed
+      call thin%sample_slip(fluid)
+      differences(2) = thin%slip%after/thin%slip%speed
+    end do
+  end subroutine compare_slips
 
   !> Measures how much longer a pass takes that keeps the pressure; the flow does not change.
   real(rp) function keeping_seconds() result(seconds)
@@ -202,22 +228,26 @@ contains
     integer :: n
     step = times(FLOW, :) + times(LOOK, :) + times(SOLID, :) + times(CHECKS, :)
     bending = times(SOLID, :) - times(MEET, :) - times(RENEW, :) - times(PUSH, :)
-    alone = median(times(FLOW, :) - times(MASK, :))
+    alone = median(times(FLOW, :) - times(MASK, :) - times(READ, :))
     n = size(thin%x, 2)
     points = product(real(settings%fluid%grid%n, rp))
     write (output_unit, '(a,3(i0,1x),3(a,i0),a,f0.4)') 'flexible wings without thickness on ', settings%fluid%grid%n, &
       'points, ', world%size, ' ranks, ', n, ' markers, ', steps, ' steps until t = ', fluid%rhs%state%time
-    write (output_unit, '(a,6(f0.1,a))') 'a step takes ', MS*median(step), ' ms: fluid ', MS*alone, ' ms, meet ', &
+    write (output_unit, '(a,7(f0.1,a))') 'a step takes ', MS*median(step), ' ms: fluid ', MS*alone, ' ms, meet ', &
       MS*median(times(MEET, :)), ' ms, solid ', MS*median(bending), ' ms, renew ', MS*sum(times(RENEW, :))/steps, &
-      ' ms (mean), push ', MS*sum(times(PUSH, :))/steps, ' ms (mean)'
+      ' ms (mean), push ', MS*sum(times(PUSH, :))/steps, &
+      ' ms (mean), read ', MS*sum(times(READ, :))/steps, ' ms (mean)'
+    write (output_unit, '(3(a,es8.1))') 'the flow that a pass reads at the markers differs by at most', differences(1), &
+      ' of the largest wing speed from the sampled one; slip after a step', differences(2), ', read', differences(3)
     write (output_unit, '(a,i0,a,f0.2)') 'at most ', nint(maxval(times(FACTORS, :))), &
       ' factorisations per wing and step, on average ', sum(times(FACTORS, :))/steps
     write (output_unit, '(a,f0.2,a,f0.2,a)') 'the fluid takes ', alone/least(1), ' times its floor; responses take ', &
       thin%memory_bytes()/8/points, ' doubles per point of the grid on rank 0'
-    write (output_unit, '(20a)') '{"step_to_fluid":', number(sum(step)/steps/alone), ',"meet":', &
+    write (output_unit, '(22a)') '{"step_to_fluid":', number(sum(step)/steps/alone), ',"meet":', &
       number(median(times(MEET, :))/alone), ',"solid":', number(median(bending)/alone), ',"renew":', &
-      number(sum(times(RENEW, :))/steps/alone), ',"push":', number(sum(times(PUSH, :))/steps/alone), ',"solid_ms":', &
-      number(MS*median(bending)), ',"markers":', number(real(n, rp)), ',"fluid_to_floor":', number(alone/least(1)), '}'
+      number(sum(times(RENEW, :))/steps/alone), ',"push":', number(sum(times(PUSH, :))/steps/alone), ',"read":', &
+      number(sum(times(READ, :))/steps/alone), ',"solid_ms":', number(MS*median(bending)), ',"markers":', &
+      number(real(n, rp)), ',"fluid_to_floor":', number(alone/least(1)), '}'
   end subroutine report_thin
 
   pure real(rp) function median(x)

@@ -20,6 +20,7 @@ module fluid_rhs
   use fluid_mean_flow, only: mean_acceleration, imposed_mean_flow
   use fluid_params, only: fluid_params_t
   use fluid_penalty, only: penalty_t
+  use fluid_point_reader, only: point_reader_t
   use fluid_pressure, only: pressure_t
   use fluid_requests, only: request_t, PASS_EVALUATE, PASS_AB2, PASS_RK_FIRST, PASS_HEUN_FIRST, pass_begin, pass_end
   use fluid_sponge, only: sponge_t
@@ -59,6 +60,7 @@ module fluid_rhs
     type(sums_t) :: sums
     type(failure_t) :: failure
     type(stepper_t) :: stepper
+    type(point_reader_t) :: reader                   !< of the flow at points, where other layers ask for it
     type(pressure_t) :: pressure                     !< kept for outputs if these request it
     complex(rp), allocatable :: kept(:, :, :)        !< (nkz, sticks, 3) N of an evaluation that kept it
     real(rp), allocatable :: fields(:, :, :, :)      !< (nx, ny_local, nz_local, 6) u and omega if requested
@@ -118,6 +120,7 @@ contains
       call allocate_spectra(self%past, self%sticks, 'the last flow') ! once in a run
     self%n_out = merge(6, 3, self%sponge%is_on)
     if (request%pressure) self%n_out = self%n_out + 1
+    call self%reader%begin(self%n_in > 0 .and. pass_begin(pass) <= 0)
     call self%sums%clear()
     self%along_x%max = 0
     self%along_x%sum = 0
@@ -129,6 +132,7 @@ contains
     class(rhs_t), intent(inout) :: self
     class(transform_t), intent(inout) :: transform
     call transform%to_points(self) ! by rhs_take_curl and rhs_multiply_and_penalise
+    call self%reader%finish()
   end subroutine rhs_take_curl_multiply_and_penalise
 
   !> Transforms the products to modes, projects them there, and advances the state, stick by stick. Collective.
@@ -178,6 +182,7 @@ contains
     real(rp), contiguous, intent(in) :: in(:, :, :)
     real(rp), contiguous, intent(inout) :: out(:, :, :)
     integer :: i, y
+    call self%reader%read_lines(first, count, z, in)
     do i = 1, count
       y = first + i - 1
       call line_product(size(in, 1), in(:, i, 1), in(:, i, 2), in(:, i, 3), in(:, i, 4), in(:, i, 5), in(:, i, 6), &

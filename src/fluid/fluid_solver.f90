@@ -337,12 +337,14 @@ contains
   end subroutine fluid_sample_kept_field
 
   !> Makes room for up to `most` points at which other layers sample the flow and apply forces; `points%place` sets their positions.
+  !> `rhs%reader` reads the flow at as many points in a pass.
   subroutine fluid_hold_points(self, most)
     class(fluid_t), intent(inout) :: self
     integer, intent(in) :: most
     associate (t => self%transform)
       allocate (self%points)
       call self%points%init(self%rhs%world, t%grid, t%block, t%sticks, most)
+      call self%rhs%reader%init(self%rhs%world, t%grid, t%block, self%points%radius, most)
     end associate
   end subroutine fluid_hold_points
 
@@ -389,7 +391,7 @@ contains
     bytes = bytes + self%rhs%pressure%memory_bytes()
     if (allocated(self%rhs%past)) bytes = bytes + 16*real(size(self%rhs%past), rp)
     if (allocated(self%rhs%kept)) bytes = bytes + 16*real(size(self%rhs%kept), rp)
-    bytes = bytes + self%rhs%stepper%memory_bytes()
+    bytes = bytes + self%rhs%stepper%memory_bytes() + self%rhs%reader%memory_bytes()
     bytes = bytes + 48*real(self%rhs%penalty%n_points, rp)
     if (allocated(self%points)) bytes = bytes + self%points%memory_bytes()
     bytes = bytes + self%sampled%memory_bytes()

@@ -29,7 +29,7 @@ module fsi_thin_wings
   use fsi_kinematics, only: body_t, pose_wing, wing_pose_t
   use fsi_rotation, only: cross
   use fsi_surface_load, only: total_load
-  use fsi_thin_slip, only: slip_t
+  use fsi_thin_slip, only: largest, slip_t
   use fsi_thin_wing, only: form_group, thin_wing_t
   use fsi_wing_pairs, only: wing_pairs_t
   use io_units, only: unit_scales_t
@@ -42,7 +42,7 @@ module fsi_thin_wings
   type :: thin_seconds_t
     real(rp) :: sampling = 0  !< interpolating the flow at the markers
     real(rp) :: responses = 0 !< computing responses
-    real(rp) :: forces = 0    !< giving the forces to the flow, and sampling it again
+    real(rp) :: forces = 0    !< giving the forces to the flow, and preparing the measurement of the slip
   end type thin_seconds_t
 
   type :: thin_wings_t
@@ -70,6 +70,8 @@ module fsi_thin_wings
     procedure :: free => thin_free
     procedure :: sample_flow => thin_sample_flow
     procedure :: apply_forces => thin_apply_forces
+    procedure :: sample_slip => thin_sample_slip
+    procedure :: read_slip => thin_read_slip
     procedure :: advance_rigid => thin_advance_rigid
     procedure :: broadcast => thin_broadcast
     procedure :: memory_bytes => thin_memory_bytes
@@ -212,9 +214,10 @@ contains
     end do
   end subroutine find_body_fractions
 
-  !> Applies `force` to the flow that was sampled at the markers, which move with `u`. Sets `slip`, which is measured when it is
-  !> due, and the loads of the markers, which `wings` hold; powers of wings are those of their mean velocities, that of the body of
-  !> its velocity at the end of the step. `poses` are those of the wings at the end of the step. Collective.
+  !> Applies `force` to the flow that was sampled at the markers, which move with `u`. Sets `slip`; if the slip after this step is
+  !> due, the next pass of the fluid reads it, or the flow is sampled now if its grid does not permit that. Sets the loads of the
+  !> markers, which `wings` hold; powers of wings are those of their mean velocities, that of the body of its velocity at the end of
+  !> the step. `poses` are those of the wings at the end of the step. Collective.
   subroutine thin_apply_forces(self, fluid, wings, poses)
     class(thin_wings_t), intent(inout) :: self
     type(fluid_t), intent(inout) :: fluid
@@ -224,6 +227,7 @@ contains
     real(rp) :: begun
     integer :: i
     begun = wall_seconds()
+    self%slip%time = fluid%sums_time
     self%slip%before = largest(self%u - self%flow)
     self%slip%speed = largest(self%u)
     call fluid%push_at_points(self%force)
@@ -237,16 +241,40 @@ contains
     if (wings%has_body()) wings%marker_loads(size(poses) + 1) = &
       total_load(-spread(self%body_fraction, 1, 3)*self%force, self%x, self%body_speed, body%centre)
     self%u_before = self%u
-    self%slip%is_measured = mod(fluid%rhs%state%step, wings%params%thin%slip_interval) == 0
-    if (self%slip%is_measured) then
-      call fluid%velocities_at_points(self%flow)
-      self%flow = self%flow + self%shift
-      self%slip%after = largest(self%u - self%flow)
+    self%slip%is_measured = .false.
+    self%slip%is_due = mod(fluid%rhs%state%step, wings%params%thin%slip_interval) == 0
+    if (self%slip%is_due) then
       self%slip%lost = sum(wings%marker_loads%power)
-      self%slip%received = self%slip%lost - sum(self%force*(self%u - self%flow))
+      if (fluid%rhs%reader%is_possible) then
+        call fluid%rhs%reader%ask(self%x)
+      else
+        call self%sample_slip(fluid)
+      end if
     end if
     self%seconds%forces = self%seconds%forces + wall_seconds() - begun
   end subroutine thin_apply_forces
+
+  !> Measures the slip after the last step at once, to the error of the window, by three inverse transforms. Collective.
+  subroutine thin_sample_slip(self, fluid)
+    class(thin_wings_t), intent(inout) :: self
+    type(fluid_t), intent(inout) :: fluid
+    call fluid%velocities_at_points(self%flow)
+    call self%slip%measure(self%u - (self%flow + self%shift), self%force)
+  end subroutine thin_sample_slip
+
+  !> Takes the slip after the last step from the pass that the fluid has just made, unless it is known. `is_new` tells that it was
+  !> due and is known for the first time.
+  subroutine thin_read_slip(self, fluid, is_new)
+    class(thin_wings_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    logical, intent(out) :: is_new
+    associate (slip => self%slip, reader => fluid%rhs%reader)
+      is_new = slip%is_due .and. (slip%is_measured .or. reader%is_read)
+      if (.not. is_new) return
+      if (.not. slip%is_measured) call slip%measure(self%u - (reader%velocities + self%shift), self%force)
+      slip%is_due = .false.
+    end associate
+  end subroutine thin_read_slip
 
   !> Lets rigid wings act on the step that `fluid` has just made: applies their forces to the flow at its end, and sets `slip` and
   !> the loads of the markers, which `wings` hold, for this step. `wings` stay where they are. Fails on all ranks if no forces are
@@ -353,16 +381,6 @@ contains
     flat(1:size(values)) => values
     call self%world%broadcast_reals(flat, from)
   end subroutine thin_broadcast
-
-  !> Returns the largest length of the vectors v(3, n).
-  pure real(rp) function largest(v)
-    real(rp), intent(in) :: v(:, :)
-    integer :: i
-    largest = 0
-    do i = 1, size(v, 2)
-      largest = max(largest, norm2(v(:, i)))
-    end do
-  end function largest
 
   !> Returns the bytes of the responses that this rank owns.
   pure real(rp) function thin_memory_bytes(self) result(bytes)

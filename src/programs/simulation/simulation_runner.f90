@@ -181,6 +181,7 @@ contains
         call self%timers%start(self%t_step)
         call fluid%step(request, self%outcome%failure, self%wings, self%trial())
         call self%timers%stop(self%t_step)
+        call self%series%write_slip(fluid, self%thin)
         call self%outcome%classify(OUTCOME_DIVERGED)
         if (self%outcome%failure%failed) exit
         if (allocated(self%coupler)) call sample_loads(self)
@@ -191,7 +192,7 @@ contains
         if (self%outcome%failure%failed) exit
         call self%progress%step_done(state%step, state%time, fluid%dt, fluid%sums%u_max, self%settings%fluid%time%t_max, &
                                      self%settings%fluid%time%nt, seconds)
-        call self%series%write_step(fluid, seconds, self%world%size, self%coupler, self%thin)
+        call self%series%write_step(fluid, seconds, self%world%size, self%coupler)
         call self%stop_rules%poll(self%world)
         if (self%stop_rules%backup_due .and. self%settings%output%backup .and. .not. self%is_done()) call self%back_up()
         if (self%stop_rules%must_stop .or. self%outcome%failure%failed) exit
@@ -222,6 +223,7 @@ contains
     type(request_t), intent(out) :: request
     call self%request_fields(.true., request)
     call self%fluid%evaluate(request, self%outcome%failure, self%wings)
+    call self%series%write_slip(self%fluid, self%thin)
     call self%outcome%classify(OUTCOME_DIVERGED)
     if (self%outcome%failure%failed) return
     if (allocated(self%coupler)) call sample_loads(self)
@@ -314,9 +316,8 @@ contains
   subroutine write_all(self)
     type(simulation_t), intent(inout) :: self
     call self%timers%start(self%t_output)
-    if (self%output%integrals_due) then
+    if (self%output%integrals_due) &
       call self%series%write_integrals(self%fluid, self%outcome%failure, self%wings, self%coupler)
-    end if
     call self%series%write_pass(self%fluid, self%wings)
     call self%output%write(self%fluid, self%outcome%failure, self%wings, self%coupler, self%averages)
     call self%timers%stop(self%t_output)
@@ -347,6 +348,7 @@ contains
     if (self%outcome%failure%failed .or. self%fluid%rhs%state%step == 0) return
     call self%timers%start(self%t_backup)
     call self%fluid%evaluate(nothing, self%outcome%failure, self%wings)
+    call self%series%write_slip(self%fluid, self%thin)
     call self%outcome%classify(OUTCOME_DIVERGED)
     call self%output%flush(self%fluid, self%outcome%failure)
     if (self%outcome%kind /= OUTCOME_DIVERGED) then
@@ -391,9 +393,8 @@ contains
   !> Prints on root why the run failed.
   subroutine print_reason(self)
     type(simulation_t), intent(in) :: self
-    logical :: is_numerical
-    is_numerical = any(self%outcome%kind == [OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED])
     if (self%world%is_root) call print_failure(self%outcome%failure%reason, self%outcome%kind == OUTCOME_DIVERGED, &
-                                               is_numerical .and. self%slots%newest_generation() > 0)
+      any(self%outcome%kind == [OUTCOME_DIVERGED, OUTCOME_COLLISION, OUTCOME_NOT_CONVERGED]) .and. &
+      self%slots%newest_generation() > 0)
   end subroutine print_reason
 end module simulation_runner

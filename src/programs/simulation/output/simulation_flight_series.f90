@@ -10,7 +10,7 @@ module simulation_flight_series
   use fsi_kinematics, only: swap_flusi_wing
   use fsi_wing_shape, only: section_t, SPAN
   use simulation_force_series, only: body_power
-  use simulation_series_table, only: moment_t, series_table_t, EVERY_INTEGRAL, EVERY_STEP, TIME_COLUMN
+  use simulation_series_table, only: moment_t, series_table_t, EVERY_INTEGRAL, EVERY_SLIP, TIME_COLUMN
   use solid_inertia, only: momenta_t
   implicit none
   private
@@ -34,7 +34,7 @@ contains
                    [character(40) :: T, 'largest slip after the step [L/T]', 'before its forces [L/T]', &
                     'largest wing speed [L/T]', 'power to the flow [rho L^5/T^3]', 'iterations of the forces', &
                     'share of the slip that they leave', 'power from the wings [rho L^5/T^3]'], &
-                   EVERY_STEP, slip_values, exists=flight%thin%is_thin)
+                   EVERY_SLIP, slip_values, exists=flight%thin%is_thin)
     call table%add('kinematics.t', kinematics_columns(), EVERY_INTEGRAL, kinematics_values)
     call table%add('aero_power.t', [character(40) :: T, 'aerodynamic'//P, 'inertial'//P], EVERY_INTEGRAL, power_values)
     do i = 1, size(flight%wings)
@@ -53,17 +53,12 @@ contains
     end do
   end subroutine add_flight_series
 
-  !> Returns the slip of wings without thickness in the step, if it was measured.
+  !> Returns the slip of wings without thickness in the step that was measured.
   subroutine slip_values(now, values)
     type(moment_t), intent(in) :: now
     real(rp), allocatable, intent(out) :: values(:)
     associate (slip => now%thin%slip)
-      if (slip%is_measured) then
-        values = [now%fluid%sums_time, slip%after, slip%before, slip%speed, slip%received, real(slip%iterations, rp), slip%left, &
-                  slip%lost]
-      else
-        values = [real(rp) ::]
-      end if
+      values = [slip%time, slip%after, slip%before, slip%speed, slip%received, real(slip%iterations, rp), slip%left, slip%lost]
     end associate
   end subroutine slip_values
 

@@ -14,7 +14,7 @@ module simulation_series
   use simulation_flow_series, only: add_flow_series
   use simulation_force_series, only: add_force_series
   use simulation_opening, only: opening_t
-  use simulation_series_table, only: moment_t, series_table_t, EVERY_INTEGRAL, EVERY_PASS, EVERY_STEP
+  use simulation_series_table, only: moment_t, series_table_t, EVERY_INTEGRAL, EVERY_PASS, EVERY_SLIP, EVERY_STEP
   use simulation_settings, only: settings_t
   use simulation_spectra, only: add_spectra, record_spectra, write_wavenumbers
   implicit none
@@ -32,6 +32,7 @@ module simulation_series
     procedure :: record_spectra => series_record_spectra
     procedure :: write_pass => series_write_pass
     procedure :: write_step => series_write_step
+    procedure :: write_slip => series_write_slip
     procedure :: write_integrals => series_write_integrals
     procedure :: close => series_close
   end type run_series_t
@@ -91,21 +92,34 @@ contains
 
   !> Writes the records of every step at the time at which the step began. `seconds` is the wall time that the step took. With
   !> `coupler`, the caller must have called `record` in this step. `write_integrals` or `close` reports a failure.
-  subroutine series_write_step(self, fluid, seconds, ranks, coupler, thin)
+  subroutine series_write_step(self, fluid, seconds, ranks, coupler)
     class(run_series_t), intent(inout) :: self
     type(fluid_t), intent(in), target :: fluid
     real(rp), intent(in) :: seconds
     integer, intent(in) :: ranks
     type(coupler_t), intent(in), target, optional :: coupler
-    type(thin_wings_t), intent(in), target, optional :: thin
     self%now%fluid => fluid
     self%now%seconds = seconds
     self%now%ranks = ranks
-    nullify (self%now%wings, self%now%coupler, self%now%thin)
+    nullify (self%now%wings, self%now%coupler)
     if (present(coupler)) self%now%coupler => coupler
-    if (present(thin)) self%now%thin => thin
     call self%table%write(EVERY_STEP, self%now)
   end subroutine series_write_step
+
+  !> Writes the slip of wings without thickness after the last step, if it was due and the pass that `fluid` has just made is the
+  !> first that knows it.
+  subroutine series_write_slip(self, fluid, thin)
+    class(run_series_t), intent(inout) :: self
+    type(fluid_t), intent(in) :: fluid
+    type(thin_wings_t), intent(inout), target, optional :: thin
+    logical :: is_new
+    if (.not. present(thin)) return
+    call thin%read_slip(fluid, is_new)
+    if (.not. is_new) return
+    self%now%thin => thin
+    call self%table%write(EVERY_SLIP, self%now)
+    nullify (self%now%thin)
+  end subroutine series_write_slip
 
   !> Writes the integrals of the last pass, which must have requested them, and the bending by the load that `coupler` has just
   !> sampled. The wings must be where they were in that pass. Fails if any series can no longer be written, for instance on a full

@@ -21,8 +21,8 @@ module simulation_series_table
   integer, parameter :: MOST = 64 !< series of a run
 
   !> When a record is due: after every pass of the fluid, before the solids move; at the end of every step, with its cost; after
-  !> the passes that compute the integrals (tintegral).
-  integer, parameter, public :: EVERY_PASS = 1, EVERY_STEP = 2, EVERY_INTEGRAL = 3
+  !> the passes that compute the integrals (tintegral); after the pass that has read the slip of wings without thickness.
+  integer, parameter, public :: EVERY_PASS = 1, EVERY_STEP = 2, EVERY_INTEGRAL = 3, EVERY_SLIP = 4
 
   !> All that the values of a record may depend on. A part that the run does not have is not associated or not allocated. The
   !> pointers hold while records are written.
