@@ -8,8 +8,8 @@
 !> reading the flow at the markers. solid: moving all wings over the step. renew: computing the responses of the markers. push:
 !> adding their forces to the flow. read: reading the slip afterwards, in the next pass of the fluid. Each part of a step is the
 !> wall time of the slowest rank, measured where the work is done; the time of the step is the sum of the parts and of the rest of
-!> the fluid's pass. The work of keeping the pressure is spread over the whole pass: its time is the difference between passes that do it and passes that do
-!> not, measured in turns. Every number is the median over the steps.
+!> the fluid's pass. The work of keeping the pressure is spread over the whole pass: its time is the difference between passes that
+!> do it and passes that do not, measured in turns. Every number is the median over the steps.
 program bench_coupling
   use, intrinsic :: iso_fortran_env, only: output_unit
   use base_errors, only: failure_t, message_list_t

@@ -6,8 +6,9 @@
 !>
 !> This is the rotational form; P is the exact projection in Fourier space. Viscosity is integrated exactly by E = exp(-nu k^2 dt),
 !> with vanishing viscosity (fluid_state) times exp(-rate dt (k/K)^4); E is set to 0 outside the truncation, which removes aliasing
-!> errors. One pass costs six inverse and three forward transforms (six forward ones with a sponge, and one more if it keeps the
-!> pressure). In z five inverse transforms suffice, because the vorticity along z is made of the velocity.
+!> errors; around wings without thickness also outside its largest sphere. One pass costs six inverse and three forward
+!> transforms (six forward ones with a sponge, and one more if it keeps the pressure). In z five inverse transforms suffice,
+!> because the vorticity along z is made of the velocity.
 !>
 !> AB2 with variable step: u(n+1) = E [u(n) + b10 N(n) + b11 H], H = E(dt_old) N(n-1),
 !> b10 = dt (dt/2 + dt_old)/dt_old, b11 = -dt^2/(2 dt_old); the first step, and all of Euler's scheme, have b10 = dt, b11 = 0.

@@ -344,7 +344,7 @@ contains
     associate (t => self%transform)
       allocate (self%points)
       call self%points%init(self%rhs%world, t%grid, t%block, t%sticks, most)
-      call self%rhs%reader%init(self%rhs%world, t%grid, t%block, self%points%radius, most)
+      call self%rhs%reader%init(self%rhs%world, t%grid, t%block, self%points%radius, self%rhs%params%is_spherical, most)
     end associate
   end subroutine fluid_hold_points
 

@@ -26,14 +26,16 @@ module fluid_state
 
   !> The viscous factor of every mode, on_stick(s)*along(kz): exp(-nu k^2 dt), and with spectral vanishing viscosity (Maday, Kaber
   !> & Tadmor 1993, DOI 10.1137/0730016) times exp(-rate dt (k/K)^4). The first factor is separable. Of the second, `choose`
-  !> multiplies `along` by the mixed part exp(-2 rate dt (kx^2 + ky^2) kz^2/K^4) of its stick. Tables are recomputed only when dt
-  !> changes.
+  !> multiplies `along` by the mixed part exp(-2 rate dt (kx^2 + ky^2) kz^2/K^4) of its stick. A spherical factor is 0 where k >= K.
+  !> Tables are recomputed only when dt changes.
   type :: viscous_factor_t
     real(rp) :: dt = -1
     real(rp) :: rate = 0   !< of the vanishing viscosity at k = K, 1/T
     real(rp) :: radius = 1 !< K, 1/L
+    logical :: is_spherical = .false.
     real(rp), allocatable :: on_stick(:), along(:)
     real(rp), allocatable, private :: separable(:), mixed(:) !< (nkz) part of `along`, (sticks) exponent of kz_1
+    integer, allocatable, private :: inside(:)               !< (sticks) modes kz >= 0 inside the sphere, or all
   contains
     procedure :: init => factor_init
     procedure :: update => factor_update
@@ -88,15 +90,22 @@ contains
     type(sticks_t), intent(in) :: sticks
     real(rp), intent(in) :: nu, dt
     real(rp) :: vanishing
+    integer :: s, top
     if (abs(dt - self%dt) <= 0) return
     self%dt = dt
     self%on_stick = exp(-nu*dt*(sticks%kx**2 + sticks%ky**2))
     self%along = exp(-nu*dt*sticks%kz**2)
-    if (.not. self%rate > 0) return
+    if (.not. (self%rate > 0 .or. self%is_spherical)) return
     vanishing = self%rate*dt/self%radius**4
     self%on_stick = self%on_stick*exp(-vanishing*(sticks%kx**2 + sticks%ky**2)**2)
     self%separable = self%along*exp(-vanishing*sticks%kz**4)
     self%mixed = -2*vanishing*(sticks%kx**2 + sticks%ky**2)*sticks%kz(min(2, sticks%nkz))**2
+    if (allocated(self%inside)) return
+    top = sticks%kz_limit + 1
+    allocate (self%inside(sticks%n), source=top)
+    do s = 1, merge(sticks%n, 0, self%is_spherical)
+      self%inside(s) = count((sticks%kx(s)**2 + sticks%ky(s)**2)/self%radius**2 + sticks%kz(:top)**2/self%radius**2 < 1)
+    end do
   end subroutine factor_update
 
   !> Makes `along` valid for stick `s`; `jz` are the mode numbers along it. With kz = j kz_1 the mixed part is q^(j^2),
@@ -106,13 +115,14 @@ contains
     integer, intent(in) :: s, jz(:)
     real(rp) :: q, power, ratio
     integer :: i, n
-    if (.not. self%rate > 0) return
+    if (.not. (self%rate > 0 .or. self%is_spherical)) return
     q = exp(self%mixed(s))
     power = 1
     ratio = q
     n = size(jz)
-    self%along(1) = self%separable(1)
-    do i = 2, n
+    self%along = 0
+    if (self%inside(s) > 0) self%along(1) = self%separable(1)
+    do i = 2, self%inside(s)
       if (jz(i) < 0) exit
       power = power*ratio
       ratio = ratio*q*q

@@ -38,6 +38,7 @@ contains
     call self%full%init(sticks)
     call self%half%init(sticks)
     self%full%rate = params%vanishing_rate
+    self%full%is_spherical = params%is_spherical
     self%full%radius = sphere_radius(params%grid)
     allocate (self%ones(sticks%nkz), source=1.0_rp)
     if (params%time%scheme == SCHEME_RK4) call allocate_spectra(self%stage_base, sticks, 'a stage of the time step')

@@ -28,6 +28,7 @@ module fluid_params
     real(rp) :: nu = 0                !< kinematic viscosity
     logical :: has_nu = .false.       !< the user gives it
     real(rp) :: vanishing_rate = 0    !< of spectral vanishing viscosity at the cut-off, AB2 only, 1/T
+    logical :: is_spherical = .false. !< only modes inside the largest sphere in the truncation remain, AB2 only
     type(stepping_t) :: time
     type(initial_params_t) :: initial
     type(solids_t) :: solids

@@ -57,20 +57,26 @@ contains
     self%over_k2 = 0
   end subroutine filter_init
 
-  !> Computes `factor` times `scale` and, from it, `over_k2` for the modes of stick `s` inside the sphere.
-  pure subroutine choose(self, s, scale)
+  !> Computes `factor` times `scale` and, with `projects`, from it `over_k2` for the modes of stick `s` inside the sphere.
+  pure subroutine choose(self, s, scale, projects)
     class(point_filter_t), intent(inout) :: self
     integer, intent(in) :: s
     real(rp), intent(in) :: scale
+    logical, intent(in) :: projects
     real(rp), parameter :: LEAST = 1.0e-20_rp !< below (k/K)^2 of any mode but 0
     integer :: j, n
     n = self%top(s) + 1
     do j = 1, n
       self%factor(j) = sqrt(1 + (self%kappa_xy(s) + self%kappa_z(j)))*(scale*self%inverse_xy(s)*self%inverse_z(j))
-      self%over_k2(j) = self%factor(j)/(self%radius**2*max(self%kappa_xy(s) + self%kappa_z(j), LEAST))
     end do
     do j = 2, n
       self%factor(size(self%factor) + 2 - j) = self%factor(j)
+    end do
+    if (.not. projects) return
+    do j = 1, n
+      self%over_k2(j) = self%factor(j)/(self%radius**2*max(self%kappa_xy(s) + self%kappa_z(j), LEAST))
+    end do
+    do j = 2, n
       self%over_k2(size(self%factor) + 2 - j) = self%over_k2(j)
     end do
   end subroutine choose
@@ -85,7 +91,7 @@ contains
     nkz = size(self%factor)
     do i = 1, count
       s = first + i - 1
-      call self%choose(s, 1.0_rp)
+      call self%choose(s, 1.0_rp, .false.)
       n = self%top(s) + 1
       m = nkz + 1 - max(self%top(s), 0) ! first of the negative kz
       do c = 1, 3
@@ -120,7 +126,7 @@ contains
     nkz = size(self%factor)
     do i = 1, count
       s = first + i - 1
-      call self%choose(s, scale)
+      call self%choose(s, scale, .true.)
       n = self%top(s) + 1
       m = nkz + 1 - max(self%top(s), 0) ! first of the negative kz
       if (s == self%zero) then

@@ -34,8 +34,8 @@ module fluid_point_forces
     integer, allocatable :: line_first(:)  !< (ny_local*nz_local + 1) first entry of a line
     integer, allocatable :: point(:)       !< (entries) the point
     real(rp), allocatable :: weight(:)     !< (entries) its weight across x
-    integer, allocatable :: x_first(:)     !< (points) 0-based
-    real(rp), allocatable :: x_weights(:, :) !< (W, points)
+    integer, allocatable :: first(:, :)    !< (3, points) first cell in each direction, 0-based; in x inside the box
+    real(rp), allocatable :: weights(:, :, :) !< (W, 3, points)
     logical, allocatable :: lines(:, :)    !< (ny_local, nz_local) lines with an entry
   end type stencils_t
 
@@ -84,7 +84,7 @@ contains
     n_lines = block%count(2)*block%count(3)
     allocate (self%stencils%line_first(n_lines + 1), self%stencils%lines(block%count(2), block%count(3)))
     allocate (self%stencils%point(WINDOW_WIDTH**2*most), self%stencils%weight(WINDOW_WIDTH**2*most))
-    allocate (self%stencils%x_first(most), self%stencils%x_weights(WINDOW_WIDTH, most))
+    allocate (self%stencils%first(3, most), self%stencils%weights(WINDOW_WIDTH, 3, most))
     allocate (self%values(3, most))
     call self%filter%init(grid, sticks)
     self%radius = self%filter%radius
@@ -96,34 +96,27 @@ contains
   subroutine forces_place(self, x)
     class(point_forces_t), intent(inout) :: self
     real(rp), intent(in) :: x(:, :)
-    integer :: first(3), i, j, k, y, z, line, pass, n_lines
-    real(rp) :: w(WINDOW_WIDTH, 3)
+    integer :: i, j, k, line, pass, n_lines
+    integer, dimension(WINDOW_WIDTH) :: y, z
     self%n = size(x, 2)
     n_lines = size(self%stencils%line_first) - 1
     call require(self%n <= size(self%values, 2), 'point_forces_t: more points than there is room for')
+    call find_weights(self, x)
     associate (s => self%stencils, block => self%block)
       ! The first pass counts the entries of every line, the second stores them.
       s%line_first = 0
       do pass = 1, 2
         do i = 1, self%n
-          do j = merge(2, 1, self%grid%is_2d), 3
-            call window_weights(x(j, i)/self%grid%spacing(j), first(j), w(:, j))
-          end do
-          if (pass == 1) then
-            s%x_first(i) = merge(0, modulo(first(1), self%grid%n(1)), self%grid%is_2d)
-            s%x_weights(:, i) = w(:, 1)
-            if (self%grid%is_2d) s%x_weights(1, i) = 1
-          end if
-          do k = 0, WINDOW_WIDTH - 1
-            z = modulo(first(3) + k, self%grid%n(3)) - block%start(3) + 1
-            if (z < 1 .or. z > block%count(3)) cycle
-            do j = 0, WINDOW_WIDTH - 1
-              y = modulo(first(2) + j, self%grid%n(2)) - block%start(2) + 1
-              if (y < 1 .or. y > block%count(2)) cycle
-              line = y + block%count(2)*(z - 1)
+          call find_local(s%first(2, i), self%grid%n(2), block%start(2), block%count(2), y)
+          call find_local(s%first(3, i), self%grid%n(3), block%start(3), block%count(3), z)
+          do k = 1, WINDOW_WIDTH
+            if (z(k) == 0) cycle
+            do j = 1, WINDOW_WIDTH
+              if (y(j) == 0) cycle
+              line = y(j) + block%count(2)*(z(k) - 1)
               if (pass == 2) then
                 s%point(s%line_first(line)) = i
-                s%weight(s%line_first(line)) = w(j + 1, 2)*w(k + 1, 3)
+                s%weight(s%line_first(line)) = s%weights(j, 2, i)*s%weights(k, 3, i)
               end if
               s%line_first(line) = s%line_first(line) + 1
             end do
@@ -139,6 +132,34 @@ contains
       s%line_first(1) = 1
     end associate
   end subroutine forces_place
+
+  !> Finds the first cells and the weights of points x(3, n) [L]. Across x a point of a plane flow has one cell.
+  subroutine find_weights(self, x)
+    class(point_forces_t), intent(inout) :: self
+    real(rp), intent(in) :: x(:, :)
+    integer :: i, j
+    associate (s => self%stencils)
+      do i = 1, size(x, 2)
+        do j = merge(2, 1, self%grid%is_2d), 3
+          call window_weights(x(j, i)/self%grid%spacing(j), s%first(j, i), s%weights(:, j, i))
+        end do
+        if (self%grid%is_2d) s%weights(1, 1, i) = 1
+        s%first(1, i) = merge(0, modulo(s%first(1, i), self%grid%n(1)), self%grid%is_2d)
+      end do
+    end associate
+  end subroutine find_weights
+
+  !> Returns the local numbers of the cells first .. first + W - 1 of n in a periodic direction; 0 for those of other ranks.
+  pure subroutine find_local(first, n, start, count, local)
+    integer, intent(in) :: first, n, start, count
+    integer, intent(out) :: local(WINDOW_WIDTH)
+    integer :: i, cell
+    cell = modulo(first, n)
+    do i = 1, WINDOW_WIDTH
+      local(i) = merge(cell - start + 1, 0, cell >= start .and. cell < start + count)
+      cell = merge(0, cell + 1, cell + 1 == n)
+    end do
+  end subroutine find_local
 
   !> Turns numbers of entries into the number of the first one.
   pure subroutine counts_to_starts(counts)
@@ -239,15 +260,15 @@ contains
     associate (s => self%stencils, w => self%width_x)
       do e = s%line_first(line), s%line_first(line + 1) - 1
         associate (p => s%point(e))
-          x = s%x_first(p)
+          x = s%first(1, p)
           sums = 0
-          if (x + w <= self%grid%n(1)) then
+          if (x + WINDOW_WIDTH <= self%grid%n(1)) then
             do c = 1, 3
-              sums(c) = dot_product(s%x_weights(:w, p), in(x + 1:x + w, c))
+              sums(c) = weighted_sum(s%weights(:, 1, p), in(x + 1:x + WINDOW_WIDTH, c))
             end do
           else
             do j = 1, w
-              sums = sums + s%x_weights(j, p)*in(1 + modulo(x + j - 1, self%grid%n(1)), :)
+              sums = sums + s%weights(j, 1, p)*in(1 + modulo(x + j - 1, self%grid%n(1)), :)
             end do
           end if
           self%values(:, p) = self%values(:, p) + s%weight(e)*sums
@@ -255,6 +276,15 @@ contains
       end do
     end associate
   end subroutine gather_line
+
+  !> Returns sum(w u), in parts that a processor can add at the same time.
+  pure real(rp) function weighted_sum(w, u) result(total)
+    real(rp), intent(in) :: w(WINDOW_WIDTH), u(WINDOW_WIDTH)
+    integer, parameter :: HALF = WINDOW_WIDTH/2
+    real(rp) :: parts(HALF)
+    parts = w(:HALF)*u(:HALF) + w(HALF + 1:)*u(HALF + 1:)
+    total = sum(parts)
+  end function weighted_sum
 
   !> Adds the forces of the points near a line of the grid to this line.
   subroutine spread_line(self, line, out)
@@ -267,15 +297,15 @@ contains
       do e = s%line_first(line), s%line_first(line + 1) - 1
         associate (p => s%point(e))
           force = s%weight(e)/self%grid%cell_volume()*self%values(:, p)
-          x = s%x_first(p)
+          x = s%first(1, p)
           if (x + w <= self%grid%n(1)) then
             do c = 1, 3
-              out(x + 1:x + w, c) = out(x + 1:x + w, c) + force(c)*s%x_weights(:w, p)
+              out(x + 1:x + w, c) = out(x + 1:x + w, c) + force(c)*s%weights(:w, 1, p)
             end do
           else
             do j = 1, w
               associate (there => out(1 + modulo(x + j - 1, self%grid%n(1)), :))
-                there = there + s%x_weights(j, p)*force
+                there = there + s%weights(j, 1, p)*force
               end associate
             end do
           end if

@@ -3,8 +3,8 @@
 !> samples, without a transform.
 !>
 !> In each direction the W points of the grid around a point count with the weights of fluid_point_kernel. A mode k has the relative
-!> error (of its amplitude) 1e-5 for k -> 0, 1e-4 at K/2 and 1e-3 at K. Modes between the sphere |k| < K and the ellipsoidal
-!> truncation count as well.
+!> error (of its amplitude) 1e-5 for k -> 0, 1e-4 at K/2 and 1e-3 at K. The flow must have no modes |k| >= K: the weights cannot
+!> leave out those between this sphere and the ellipsoidal truncation.
 !>
 !> Every rank sums over its own points of the grid; one sum over ranks follows.
 module fluid_point_reader
@@ -21,7 +21,7 @@ module fluid_point_reader
   integer, parameter :: W = KERNEL_WIDTH, TERMS = KERNEL_TERMS
 
   type :: point_reader_t
-    logical :: is_possible = .false. !< the grid has W points in each direction, and spacings are equal
+    logical :: is_possible = .false. !< the grid has W points in each direction, spacings are equal, and no mode has |k| >= K
     logical :: is_wanted = .false.   !< the next pass reads the flow at the points that `ask` got
     logical :: is_read = .false.     !< `velocities` are those at these points
     real(rp), allocatable :: velocities(:, :) !< (3, points) L/T, the same on all ranks
@@ -48,23 +48,26 @@ module fluid_point_reader
 
 contains
 
-  !> Makes room for up to `most` points in the flow on this block of the grid, with the filter of `radius` K [1/L].
-  subroutine reader_init(self, world, grid, block, radius, most)
+  !> Makes room for up to `most` points in the flow on this block of the grid, with the filter of `radius` K [1/L]. `is_spherical`
+  !> tells that the flow has only modes |k| < K.
+  subroutine reader_init(self, world, grid, block, radius, is_spherical, most)
     class(point_reader_t), intent(inout) :: self
     type(world_t), intent(in) :: world
     type(grid_t), intent(in) :: grid
     type(block_t), intent(in) :: block
     real(rp), intent(in) :: radius
+    logical, intent(in) :: is_spherical
     integer, intent(in) :: most
     real(rp), parameter :: EQUAL = 1.0e-9_rp
-    real(rp), parameter :: BAND = 2*acos(-1.0_rp)/3 !< the truncation in each direction is below this
+    integer :: x
     self%world = world
     self%grid = grid
     self%block = block
-    self%is_possible = all(grid%n >= W .or. [grid%is_2d, .false., .false.]) .and. &
-                       grid%max_spacing() <= (1 + EQUAL)*grid%min_spacing()
+    x = merge(2, 1, grid%is_2d)
+    self%is_possible = all(grid%n(x:) >= W) .and. grid%max_spacing() <= (1 + EQUAL)*grid%min_spacing() .and. &
+                       (is_spherical .or. all(grid%n(x:) == grid%n(3)))
     if (.not. self%is_possible) return
-    call self%kernel%init(BAND, radius*grid%max_spacing())
+    call self%kernel%init(radius*grid%max_spacing())
     allocate (self%velocities(3, most), self%weights(W, TERMS, 3, most), source=0.0_rp)
     allocate (self%first(3, most), self%order(most), self%start(grid%n(2) + 1))
     allocate (self%plane_start(block%count(3) + 1), self%reaching(W*most))

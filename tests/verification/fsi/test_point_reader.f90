@@ -52,7 +52,7 @@ contains
     real(rp) :: theta, x, errors(3), along
     complex(rp) :: axis, diagonal, turn
     integer :: i, j, k
-    call kernel%init(CUTOFF, CUTOFF)
+    call kernel%init(CUTOFF)
     errors = 0
     do i = 0, 40
       theta = CUTOFF*i/40
@@ -129,7 +129,7 @@ contains
     integer :: i, s, j
     values = 0
     associate (t => fluid%transform%sticks, g => fluid%transform%grid, u => fluid%rhs%state%u)
-      call kernel%init(CUTOFF, fluid%points%radius*g%max_spacing())
+      call kernel%init(fluid%points%radius*g%max_spacing())
       do i = 1, N_POINTS
         do s = 1, t%n
           do j = 1, t%nkz

@@ -131,6 +131,7 @@ contains
       force = wings%marker_loads(1)%force + wings%marker_loads(2)%force
       error = max(error, maxval(abs((after - before)*fluid%transform%grid%volume()/fluid%dt + force))/norm2(force))
       before = after
+      call thin%sample_slip(fluid)
       if (step == 1) left = thin%slip%after/thin%slip%before
     end do
     print '(a,4es10.2)', 'two sizes: momentum, slip, forces', error, left, norm2(wings%marker_loads(1)%force), &
@@ -241,6 +242,7 @@ contains
     call thin%init(kit%world, wings, fluid, failure)
     call fluid%step(nothing, failure, wings)
     call thin%advance_rigid(fluid, wings, failure)
+    call thin%sample_slip(fluid)
     left = thin%slip%after/thin%slip%before
     iterations = thin%slip%iterations
     call fluid%free()
