@@ -215,7 +215,8 @@ contains
     integer, intent(in) :: nx, lines, x, y, m
     real(rp), intent(in) :: u(nx, lines, *), factor(TERMS, m), weights(W, TERMS)
     real(rp), intent(inout) :: velocity(3)
-    real(rp) :: sums(W, TERMS)
+    integer, parameter :: HALF = W/2
+    real(rp) :: sums(W, TERMS), parts(HALF)
     integer :: c, i, l
     do c = 1, 3
       sums = 0
@@ -225,7 +226,9 @@ contains
           sums(i, 2) = sums(i, 2) + factor(2, l)*u(x + i, y + l, c)
         end do
       end do
-      velocity(c) = velocity(c) + sum(sums*weights)
+      sums = sums*weights
+      parts = (sums(:HALF, 1) + sums(HALF + 1:, 1)) + (sums(:HALF, 2) + sums(HALF + 1:, 2))
+      velocity(c) = velocity(c) + sum(parts(:HALF/2) + parts(HALF/2 + 1:))
     end do
   end subroutine add_products
 
