@@ -197,7 +197,7 @@ contains
           own(c) = own(c) + sum(matmul(weights(1, :), factor(:, :b - a + 1))*u(1, a:b, c))
         end do
       else if (x + W <= n) then
-        call add_products(size(u, 1), size(u, 2), x, a - 1, b - a + 1, u, factor, weights, own)
+        call add_products(size(u, 1), size(u, 2), [x, a - 1], b - a + 1, u, factor, weights, own)
       else
         do c = 1, 3
           do l = a, b
@@ -205,14 +205,15 @@ contains
             part(n - x + 1:, l - a + 1, c) = u(:W - n + x, l, c)
           end do
         end do
-        call add_products(W, W, 0, 0, b - a + 1, part, factor, weights, own)
+        call add_products(W, W, [0, 0], b - a + 1, part, factor, weights, own)
       end if
     end associate
   end subroutine add_lines
 
-  !> Adds to `velocity` the products of u(x + 1:x + W, y + 1:y + m, :), factors of its lines and weights along them.
-  pure subroutine add_products(nx, lines, x, y, m, u, factor, weights, velocity)
-    integer, intent(in) :: nx, lines, x, y, m
+  !> Adds to `velocity` the products of u after `corner`, W numbers on each of m lines, factors of these lines and weights along
+  !> them.
+  pure subroutine add_products(nx, lines, corner, m, u, factor, weights, velocity)
+    integer, intent(in) :: nx, lines, corner(2), m
     real(rp), intent(in) :: u(nx, lines, *), factor(TERMS, m), weights(W, TERMS)
     real(rp), intent(inout) :: velocity(3)
     integer, parameter :: HALF = W/2
@@ -222,8 +223,8 @@ contains
       sums = 0
       do l = 1, m
         do i = 1, W
-          sums(i, 1) = sums(i, 1) + factor(1, l)*u(x + i, y + l, c)
-          sums(i, 2) = sums(i, 2) + factor(2, l)*u(x + i, y + l, c)
+          sums(i, 1) = sums(i, 1) + factor(1, l)*u(corner(1) + i, corner(2) + l, c)
+          sums(i, 2) = sums(i, 2) + factor(2, l)*u(corner(1) + i, corner(2) + l, c)
         end do
       end do
       sums = sums*weights
