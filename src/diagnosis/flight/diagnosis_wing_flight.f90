@@ -12,7 +12,7 @@ module diagnosis_wing_flight
                                         N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
-  use diagnosis_flight_refinements, only: error_over_change, N_REFINEMENTS
+  use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: N_PHASES
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
@@ -270,7 +270,8 @@ contains
     do i = 1, N_REFINEMENTS
       if (.not. self%data%refined(i)) cycle
       last = last + 1
-      call self%show(without_additions(p), error_over_change(i)*self%data%response%refined(:, :, i), nuisances(:, last))
+      call self%show(without_additions(p), self%data%facts%error_over_change(i)*self%data%response%refined(:, :, i), &
+                     nuisances(:, last))
     end do
     do j = 1, N_CHANGES
       if (.not. self%stated(j) > 0) cycle
