@@ -70,6 +70,7 @@ file = data.h5
 [Flight]
 file = ../case/flight.ini
 folder = ../flights
+ranks = 1
 beats = {beats}
 {thickness}[Diagnose]
 noise = declared
@@ -202,7 +203,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of the noise")
     parser.add_argument("--folder", type=Path, default=ROOT / "runs/bench_diagnosis_wings")
     parser.add_argument("--programs", type=Path, default=ROOT / "build/release/bin")
-    parser.add_argument("--ranks", type=int, default=1)
+    parser.add_argument("--ranks", type=int, default=1, help="of a flight of the data; the diagnosis makes as many flights at a time")
     parser.add_argument("--unknown-thickness", action="store_true", help="the diagnosis is not told how thick the wings of the data are")
     parser.add_argument("--cost", action="store_true", help="only say what the cases cost")
     parser.add_argument("cases", nargs="*", metavar="CASE")

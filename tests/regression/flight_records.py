@@ -195,6 +195,44 @@ def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", o
     return done.code, found, done.out + done.err
 
 
+def axes_about_x(degrees):
+    """The axes of a record that are turned by this angle from y toward z."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+
+
+def test_axes(case):
+    """A record along axes that are turned by 90 degrees about x, with this attribute, gives the same diagnosis: its Fy is Fz of the
+    case, and its Fz is -Fy, each with its own sd. Without the attribute the case does not explain it."""
+    few = "effects = pitch_lead, balance_gain, balance_turn\nrefine = no\nrounds = 0\n"
+    write_data(case.folder / "data.h5", flown(8, "kinematics_lead = 0.04 0 0\n"), 4)
+    _, straight, _ = diagnose(case, "data.h5", "straight", few)
+    with h5py.File(case.folder / "data.h5", "r+") as file:
+        flight = file["flight/hover"]
+        mean, sd = flight["mean"][...], flight["sd"][...]
+        flight["mean"][...] = np.stack([mean[:, 1], -mean[:, 0], mean[:, 2]], 1)
+        flight["sd"][...] = sd[:, [1, 0, 2]]
+        flight.attrs["axes"] = axes_about_x(90)
+    seal(case.folder / "data.h5")
+    _, turned, _ = diagnose(case, "data.h5", "turned", few)
+    check(names(straight) == ["pitch_lead"] and straight["verdict"]["sentence"] == turned["verdict"]["sentence"], f"{turned['verdict']}")
+    one, two = (np.array(found["extended"]["intervals_90"][0]["lower_best_upper"]) for found in (straight, turned))
+    check(np.allclose(one, two, rtol=1e-10), f"the interval of the lead: {one} {two}")
+    for seen, of, sign in ((0, 1, 1), (1, 0, -1), (2, 2, 1)):
+        other, own = (np.array(found["simulated"]) for found in (flight_of(straight)["sets"][of], flight_of(turned)["sets"][seen]))
+        check(np.allclose(own, sign * other, atol=1e-12 * np.abs(other).max()), f"simulated along the axes of the record: {own} {other}")
+    with h5py.File(case.folder / "data.h5", "r+") as file:
+        del file["flight/hover"].attrs["axes"]
+    seal(case.folder / "data.h5")
+    code, ignored, _ = diagnose(case, "data.h5", "ignored", few)
+    check(code != ADEQUATE and names(ignored) != ["pitch_lead"], f"without the attribute: {ignored['verdict']['sentence']}")
+    with h5py.File(case.folder / "data.h5", "r+") as file:
+        file["flight/hover"].attrs["axes"] = np.eye(3)[[1, 2, 0]]
+    seal(case.folder / "data.h5")
+    code, _, text = diagnose(case, "data.h5", "about-another", few)
+    check(code == 2 and "attribute axes turns about another axis than x, but per_length is 1" in text, text)
+
+
 def names(found):
     return found["verdict"]["set"] or [cause["effect"] for cause in found["verdict"]["causes"]]
 
