@@ -4,7 +4,7 @@ of the wings (penalized, a sheet of four cells) on twice the points, with noise 
 wings without thickness, and is told how thick those of the data are. docs/results/flight-study.md has the results.
 
 usage: run_wings [--points 16] [--beats 2] [--seed 1] [--folder runs/bench_diagnosis_wings] [--programs build/release/bin]
-                 [--ranks 1] [--unknown-thickness] [--cost] [CASE ...]
+                 [--ranks 1] [--rounds 3] [--unknown-thickness] [--cost] [CASE ...]
 
 Cases: null, null-again, pitch_lead, stroke_amplitude, balance_gain, outside. --cost only says what they cost. Flights and verdicts
 that are there are not computed again. The last line is JSON.
@@ -72,6 +72,7 @@ file = ../case/flight.ini
 folder = ../flights
 ranks = 1
 beats = {beats}
+rounds = {rounds}
 {thickness}[Diagnose]
 noise = declared
 [Saving]
@@ -82,7 +83,7 @@ name = diagnosis
 def write_diagnose(folder, options):
     """Writes diagnose.ini. The wings of the data are four cells of twice the points thick."""
     thickness = "" if options.unknown_thickness else f"wing_thickness = {4 / (2 * options.points) * LENGTH!r}\n"
-    (folder / "diagnose.ini").write_text(DIAGNOSE.format(root=ROOT, beats=options.beats, thickness=thickness))
+    (folder / "diagnose.ini").write_text(DIAGNOSE.format(root=ROOT, beats=options.beats, rounds=options.rounds, thickness=thickness))
 
 
 def write_flight(folder, points, options, hidden="", surface="thin"):
@@ -204,6 +205,7 @@ def main():
     parser.add_argument("--folder", type=Path, default=ROOT / "runs/bench_diagnosis_wings")
     parser.add_argument("--programs", type=Path, default=ROOT / "build/release/bin")
     parser.add_argument("--ranks", type=int, default=1, help="of a flight of the data; the diagnosis makes as many flights at a time")
+    parser.add_argument("--rounds", type=int, default=3, help="of flights with what is found")
     parser.add_argument("--unknown-thickness", action="store_true", help="the diagnosis is not told how thick the wings of the data are")
     parser.add_argument("--cost", action="store_true", help="only say what the cases cost")
     parser.add_argument("cases", nargs="*", metavar="CASE")

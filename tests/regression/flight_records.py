@@ -287,7 +287,8 @@ def test_null(case):
 
 def test_body(case):
     """The data come from the other representation of the plate on twice the points. With errors that cover its thickness a null is
-    adequate, and a lead of 0.08 beats is named alone; with errors that do not cover it the cause is unknown."""
+    adequate, and a lead of 0.08 beats is named alone; with errors that do not cover it the cause is unknown. If the thickness of the
+    plate is stated, the flight with the other representation covers it, and much smaller stated errors do."""
     facts = {"correlation_time": BODY_TIME / FREQUENCY}
     write_data(case.folder / "data.h5", flown(16, surface="penalized"), 1, BODY_ERROR, 0.1, **facts)
     code, found, _ = diagnose(case, "data.h5", "body", "model_sd = 0.05\n")
@@ -300,6 +301,44 @@ def test_body(case):
     check(code == NAMED and names(found) == ["pitch_lead"], found["verdict"]["sentence"])
     lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
     check(lower < best < upper and abs(best - 0.08) < upper - lower, f"a lead of {lower} {best} {upper} beats")
+    known = f"model_sd = 0.05\nrefine = grid, surface\nwing_thickness = {4 / 16 * LENGTH!r}\n"
+    write_data(case.folder / "data.h5", flown(16, surface="penalized"), 1, ERROR, 0.1, **facts)
+    code, found, _ = diagnose(case, "data.h5", "known", known)
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    write_data(case.folder / "data.h5", flown(16, "kinematics_lead = 0.08 0 0\n", "penalized"), 1, ERROR, 0.1, **facts)
+    code, found, _ = diagnose(case, "data.h5", "known_lead", known)
+    check(code == NAMED and names(found) == ["pitch_lead"], found["verdict"]["sentence"])
+    lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
+    check(lower < 0.08 < upper and upper - lower < 0.015, f"a lead of {lower} {best} {upper} beats")
+
+
+def test_surface(case):
+    """The other representation of the plate on the same grid is one flight, and its change one error, which is in proportion to the stated
+    thickness. Its mask has four points, or the stated thickness if that is more. The default has it where this is stated."""
+    few = "effects = balance_gain\nrounds = 0\n"
+    for surface, other in (("thin", "penalized"), ("penalized", "thin")):
+        here = case.sub(surface)
+        write_case(here.folder / "case", 8, surface)
+        write_data(here.folder / "data.h5", flown(8, surface=other), 5, noise=0.1)
+        code, found, _ = diagnose(here, "data.h5", "other", few + "refine = surface\n")
+        check(code == ADEQUATE and flight_of(found)["refinements"] == "surface", found["verdict"]["sentence"])
+        for record, seen in zip(flight_of(found)["sets"], flown(8, surface=other).T):
+            change = np.sqrt(np.mean(((seen - record["simulated"]) / np.array(record["sd"])) ** 2))
+            # harmonics beyond the last one are below 2 % of it
+            check(abs(record["refinement_differences_sd"][0] / change - 1) < 0.02, f"{record['component']}: {record} {change}")
+    thick = case.sub("penalized")
+    own = f"wing_thickness = {4 / 8 * LENGTH!r}\n"
+    code, _, text = diagnose(thick, "data.h5", "same", few + "refine = thickness\n" + own)
+    check(code == 2 and "the case cannot be flown so: its wings have the thickness of those of the experiment" in text, text)
+    thin = case.sub("thin")
+    write_case(thin.folder / "case", 8)
+    write_data(thin.folder / "data.h5", flown(8, surface="penalized"), 5, noise=0.1)
+    code, found, _ = diagnose(thin, "data.h5", "tenth", few + f"refine = surface\nwing_thickness = {0.4 / 8 * LENGTH!r}\n")
+    check(code != ADEQUATE, f"a plate of a tenth of the mask does not differ so much: {found['verdict']['sentence']}")
+    _, _, text = diagnose(thin, "data.h5", "usual", few + "refine = yes\n" + own, flags=("--plan",))
+    check("beats 1.5, surface 1.0" in text, text)
+    _, _, text = diagnose(thin, "data.h5", "unknown", few + "refine = yes\n", flags=("--plan",))
+    check("beats 1.5" in text and "surface" not in text, text)
 
 
 def test_outside(case):

@@ -44,7 +44,7 @@ contains
         why = 'a sponge twice as thick would fill the box'
       end if
     end select
-    if (any(refinement == [REFINE_THICKNESS, REFINE_SURFACE]) .and. why == '' .and. &
+    if (any(refinement == [REFINE_THICKNESS, REFINE_SURFACE]) .and. why == '' .and. of_wing > 0 .and. &
         abs(2*s%flight%half_thickness - of_wing) <= SAME*of_wing) why = 'its wings have the thickness of those of the experiment'
   end function why_unrefined
 
