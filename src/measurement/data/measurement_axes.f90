@@ -20,7 +20,7 @@ module measurement_axes
 contains
 
   !> Reads the attribute `axes` of a group. Without it, or after a mistake, which goes to `report`, the axes are those of the case.
-  !> They are exactly orthonormal and right-handed. Those of a section differ from those of the case by a turn about x alone.
+  !> They are orthonormal to round-off and right-handed. Those of a section differ from those of the case by a turn about x alone.
   subroutine read_axes(file, group, is_section, axes, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -48,11 +48,16 @@ contains
     end if
   end subroutine read_axes
 
-  !> Returns the nearby axes that are exactly orthonormal and, for a section, have the x of the case.
+  !> Returns the nearby axes that are orthonormal to round-off and, for a section, have the x of the case. Those that are so already
+  !> stay as they are.
   pure function exact(found, is_section) result(axes)
     real(rp), intent(in) :: found(3, 3)
     logical, intent(in) :: is_section
+    real(rp), parameter :: ROUND_OFF = 1.0e-14_rp
     real(rp) :: axes(3, 3)
+    axes = found
+    if (maxval(abs(matmul(found, transpose(found)) - SAME_AXES)) <= ROUND_OFF .and. &
+        .not. (is_section .and. abs(found(1, 1) - 1) > 0)) return
     axes(1, :) = found(1, :)
     if (is_section) axes(1, :) = [1, 0, 0]
     axes(1, :) = axes(1, :)/norm2(axes(1, :))

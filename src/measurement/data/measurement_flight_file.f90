@@ -107,6 +107,8 @@ contains
     f%is_per_length = per_length == 1
     call read_axes(file, group, f%is_per_length, f%axes, report)
     if (has_landmarks(file, group)) has_forces = begins_forces(file, group)
+    if (.not. has_forces .and. has_attribute(file, group, 'axes')) &
+      call report%add(group, 'attribute axes is of forces, and the record has none; valid: axes of the group landmarks')
     if (.not. has_forces) return
     call read_vector(file, group, 'reference', 'm', FAR, f%reference, report)
     call read_real(file, group, 'correlation_time', 's', from_zero(1.0e6_rp), f%correlation_time, report, 0.0_rp)

@@ -24,14 +24,18 @@ program test_flight_axes
   type(flight_cases_t) :: data
   type(wing_parameter_t) :: parameters(8) !< lead, gain, three turns, filter, delay and mass of the balance
   type(wing_flights_t) :: along, turned, ignored
+  type(measured_flight_t) :: records(3)
   real(rp) :: axes(3, 3), d(N_ALL, N_ALL)
   call t%start(parallel=.false.)
   axes = matmul(about(3, 0.7_rp), matmul(about(1, -1.1_rp), about(2, 0.4_rp)))
   call make_case()
   call find_turn()
-  call along%init(records(SAME_AXES, .false.), parameters, data)
-  call turned%init(records(axes, .true.), parameters, data)
-  call ignored%init(records(SAME_AXES, .true.), parameters, data)
+  call make_records(SAME_AXES, .false., records)
+  call along%init(records, parameters, data)
+  call make_records(axes, .true., records)
+  call turned%init(records, parameters, data)
+  call make_records(SAME_AXES, .true., records)
+  call ignored%init(records, parameters, data)
   call check_values()
   call check_errors()
   call t%finish()
@@ -96,10 +100,10 @@ contains
 
   !> Three records: all components of the force, the landmark of one wing, and that of the other. If `is_turned` their numbers are
   !> along `axes`, whatever they say.
-  function records(said, is_turned) result(f)
+  subroutine make_records(said, is_turned, f)
     real(rp), intent(in) :: said(3, 3)
     logical, intent(in) :: is_turned
-    type(measured_flight_t) :: f(3)
+    type(measured_flight_t), intent(out) :: f(3)
     real(rp) :: x(N_PHASES, ALL)
     integer :: i, r, first
     x = waves(0, ALL) + 0.2_rp*waves(40, ALL)
@@ -129,7 +133,7 @@ contains
       allocate (f(r)%is_known(N, size(f(r)%component)), source=.true.)
       f(r)%sd = spread([(0.2_rp + 0.1_rp*i, i=1, N)], 2, size(f(r)%component))
     end do
-  end function records
+  end subroutine make_records
 
   !> D of all observations, which are in the order of components and times.
   subroutine find_turn()

@@ -104,7 +104,8 @@ contains
       call t%check('the second is of a section', second%is_per_length .and. all(second%component == [2, 4]))
       call t%check('axes are those of the case where the record has none', maxval(abs(first%axes - SAME_AXES)) <= 0)
       call t%check_below('or as written', maxval(abs(second%axes - transpose(reshape(SECTION, [3, 3])))), 2.0e-5_rp)
-      call t%check_below('and exactly orthonormal', maxval(abs(matmul(second%axes, transpose(second%axes)) - SAME_AXES)), 1.0e-15_rp)
+      call t%check_below('and exactly orthonormal', maxval(abs(matmul(second%axes, transpose(second%axes)) - SAME_AXES)), &
+                         1.0e-15_rp)
     end associate
     call t%check('a component has the name of its record', m%surface_name(3) == 'two:Fy')
   end subroutine read_it

@@ -66,7 +66,6 @@ contains
     call one_wing(BOTH//LEFT)
     call one_wing(BOTH//RIGHT)
     call facts(ONE)
-    call w%real_attribute(ONE, 'axes', [0.0_rp, 0.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp])
     call cameras(ONE)
     call w%integer_attribute(ONE//MARKS, 'beats', 9)
     call one_wing(ONE//RIGHT)
@@ -127,7 +126,7 @@ contains
       call t%check('points are as written', maxval(abs(reshape(alone%points, [2*M]) - POINTS)) <= 0)
       call t%check('places are from the origin of the case, along the axes of the cameras: their y is its z', &
                    maxval(abs(left_wing%mean(:, 4) - ORIGIN(3) - seen(5, :)), left_wing%is_known(:, 4)) < 1.0e-15_rp)
-      call t%check('cameras that state no axes have those of the case, whatever those of the balance are', &
+      call t%check('cameras that state no axes have those of the case', &
                    maxval(abs(alone%mean(:, 4) - ORIGIN(2) - seen(5, :)), alone%is_known(:, 4)) < 1.0e-15_rp .and. &
                    maxval(abs(alone%axes - SAME_AXES)) <= 0)
       call t%check('a balance that states none, too', maxval(abs(d%flights(1)%axes - SAME_AXES)) <= 0)
@@ -161,6 +160,9 @@ contains
     call sample()
     call w%group(ONE//MARKS//'/lefft')
     call refused(ONE//MARKS, "unknown object 'lefft'; did you mean 'left'?")
+    call sample()
+    call w%real_attribute(ONE, 'axes', [0.0_rp, 0.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp])
+    call refused(ONE, 'attribute axes is of forces, and the record has none; valid: axes of the group landmarks')
     call sample()
     call w%delete(ONE//RIGHT)
     call refused(ONE//MARKS, 'holds no landmarks; it must hold the group left or right, or both')

@@ -18,7 +18,9 @@ module diagnose_flight_refined
 
   character(*), parameter :: NL = new_line('a')
   character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz'], LENGTHS(3) = ['xl', 'yl', 'zl'], CENTRES(3) = ['x0', 'y0', 'z0']
-  real(rp), parameter :: CELLS = 4          !< least thickness of wings in the mask, in points: with less the flow leaks through
+  !> Thickness of wings in the mask, in points: the least with which chi reaches 1 and falls over a point to each side, and that
+  !> with which little of the flow leaks through.
+  real(rp), parameter :: LEAST_CELLS = 2, USUAL_CELLS = 4
   real(rp), parameter :: SAME = 1.0e-6_rp   !< relative
 
 contains
@@ -82,12 +84,13 @@ contains
   end function refined_error_over_change
 
   !> Returns the thickness [L] of wings in the other representation: 0 if those of the case are in the mask, and else that of the
-  !> wings of the experiment, `of_wing`, or four points if they are thinner or their thickness is not known.
+  !> wings of the experiment, `of_wing`, or two points if they are thinner, or four points if it is not known. Forces are no linear
+  !> function of a thickness of half a chord (docs/results/flight-study.md), and to scale them is worse than a mask that leaks.
   pure real(rp) function other_thickness(s, of_wing) result(thickness)
     type(settings_t), intent(in) :: s
     real(rp), intent(in) :: of_wing
     thickness = 0
-    if (s%flight%thin%is_thin) thickness = max(of_wing, CELLS*s%fluid%grid%max_spacing())
+    if (s%flight%thin%is_thin) thickness = max(of_wing, merge(LEAST_CELLS, USUAL_CELLS, of_wing > 0)*s%fluid%grid%max_spacing())
   end function other_thickness
 
   !> Returns sections with the keys of a refinement. `length` and `time` are one L and one T in the units of the file. The wings of
