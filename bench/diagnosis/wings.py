@@ -160,7 +160,9 @@ def judged(cause, found):
     names = verdict["set"] or [one["effect"] for one in verdict["causes"]]
     if cause is None:
         return verdict["word"] == "adequate"
-    return verdict["word"] == "unknown_cause" if cause == "outside" else cause in names
+    if cause == "outside":
+        return verdict["word"] == "unknown_cause"
+    return verdict["word"] not in ("adequate", "unknown_cause") and cause in names
 
 
 def diagnose(options, name):

@@ -316,8 +316,9 @@ def test_surface(case):
     """The other representation of the plate on the same grid is one flight, and its change one error, which is in proportion to the stated
     thickness. Its mask has four points, or the stated thickness if that is more. The default has it where this is stated."""
     few = "effects = balance_gain\nrounds = 0\n"
+    cases = {surface: case.sub(surface) for surface in ("thin", "penalized")}
     for surface, other in (("thin", "penalized"), ("penalized", "thin")):
-        here = case.sub(surface)
+        here = cases[surface]
         write_case(here.folder / "case", 8, surface)
         write_data(here.folder / "data.h5", flown(8, surface=other), 5, noise=0.1)
         code, found, _ = diagnose(here, "data.h5", "other", few + "refine = surface\n")
@@ -326,13 +327,10 @@ def test_surface(case):
             change = np.sqrt(np.mean(((seen - record["simulated"]) / np.array(record["sd"])) ** 2))
             # harmonics beyond the last one are below 2 % of it
             check(abs(record["refinement_differences_sd"][0] / change - 1) < 0.02, f"{record['component']}: {record} {change}")
-    thick = case.sub("penalized")
+    thin, thick = cases["thin"], cases["penalized"]
     own = f"wing_thickness = {4 / 8 * LENGTH!r}\n"
     code, _, text = diagnose(thick, "data.h5", "same", few + "refine = thickness\n" + own)
     check(code == 2 and "the case cannot be flown so: its wings have the thickness of those of the experiment" in text, text)
-    thin = case.sub("thin")
-    write_case(thin.folder / "case", 8)
-    write_data(thin.folder / "data.h5", flown(8, surface="penalized"), 5, noise=0.1)
     code, found, _ = diagnose(thin, "data.h5", "tenth", few + f"refine = surface\nwing_thickness = {0.4 / 8 * LENGTH!r}\n")
     check(code != ADEQUATE, f"a plate of a tenth of the mask does not differ so much: {found['verdict']['sentence']}")
     _, _, text = diagnose(thin, "data.h5", "usual", few + "refine = yes\n" + own, flags=("--plan",))

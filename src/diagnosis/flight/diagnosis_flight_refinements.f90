@@ -70,8 +70,8 @@ contains
   end function refinement_names
 
   !> Reads which refinements a user wants: names separated by commas or blanks, `all`, `yes` (all but the step, whose error is small
-  !> beside that of the grid, and the other representation of the wings, which `usual_surface` adds) or `no`. `is_named(k)` tells that
-  !> the user names refinement k itself. `unknown` is the first word that means nothing, or empty.
+  !> beside that of the grid, and the other representation of the wings, which `usual_surface` adds) or `no`. `is_named(k)` tells
+  !> that the user names refinement k itself. `unknown` is the first word that means nothing, or empty.
   pure subroutine read_refinements(words, usual_surface, wanted, is_named, unknown)
     character(*), intent(in) :: words
     logical, intent(in) :: usual_surface !< `yes` has the surface: the wings of the experiment have a thickness, those of the

@@ -163,8 +163,8 @@ contains
     end do
   end subroutine find_rest
 
-  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, and where landmarks are, along
-  !> the axes of the records and in units of the sd. With `number` it returns the derivative with respect to that coordinate of the
+  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, and where landmarks are,
+  !> along the axes of the records and in units of the sd. With `number` it returns the derivative with respect to that coordinate of the
   !> balance instead.
   subroutine flight_show(self, p, series, values, number)
     class(wing_flight_t), intent(in) :: self

@@ -44,6 +44,7 @@ program test_measurement_flight
   if (t%world%size == 1) call write_again()
   call t%world%barrier()
   if (t%world%size == 1) call refuse_all()
+  if (t%world%size == 1) call refuse_axes()
   call t%finish()
 
 contains
@@ -129,18 +130,6 @@ contains
     call w%text_attribute(ONE, 'frame', 'body')
     call refused(ONE, "attribute frame is 'body'; valid: lab")
     call sample()
-    call w%real_attribute(ONE, 'axes', 1.001_rp*ANY_AXES)
-    call refused(ONE, 'attribute axes: its rows are no unit vectors at right angles, by 0.002')
-    call sample()
-    call w%real_attribute(ONE, 'axes', -ANY_AXES)
-    call refused(ONE, 'attribute axes is left-handed; valid: a third row that is the cross product of the first two')
-    call sample()
-    call w%real_attribute(ONE, 'axes', ANY_AXES(:6))
-    call refused(ONE, 'attribute axes')
-    call sample()
-    call w%real_attribute('/flight/two', 'axes', ANY_AXES)
-    call refused('/flight/two', 'attribute axes turns about another axis than x, but per_length is 1')
-    call sample()
     call w%text_attribute(ONE, 'components', 'Fz, powr')
     call refused(ONE, "attribute components: unknown component 'powr'; did you mean 'power'?")
     call sample()
@@ -189,6 +178,21 @@ contains
     call w%delete('/flight')
     call refused('/loads', 'there is no load, no mode in /modes and no record in /series and /flight')
   end subroutine refuse_all
+
+  subroutine refuse_axes()
+    call sample()
+    call w%real_attribute(ONE, 'axes', 1.001_rp*ANY_AXES)
+    call refused(ONE, 'attribute axes: its rows are no unit vectors at right angles, by 0.002')
+    call sample()
+    call w%real_attribute(ONE, 'axes', -ANY_AXES)
+    call refused(ONE, 'attribute axes is left-handed; valid: a third row that is the cross product of the first two')
+    call sample()
+    call w%real_attribute(ONE, 'axes', ANY_AXES(:6))
+    call refused(ONE, 'attribute axes')
+    call sample()
+    call w%real_attribute('/flight/two', 'axes', ANY_AXES)
+    call refused('/flight/two', 'attribute axes turns about another axis than x, but per_length is 1')
+  end subroutine refuse_axes
 
   subroutine refused(object, what)
     character(*), intent(in) :: object, what

@@ -3,6 +3,7 @@
 module diagnose_flight_refined
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_flight_omitted, only: points_in_chord
   use diagnosis_flight_refinements, only: FINER, NOT_REFINED, REFINE_BEATS, REFINE_BOX, REFINE_GRID, REFINE_PENALTY, &
                                           REFINE_SPONGE, REFINE_STEP, REFINE_SURFACE, REFINE_THICKNESS, THICKER, &
                                           thickness_error_over_change, THINNER, TIGHTER, USUAL_ERROR, WIDER
@@ -21,6 +22,7 @@ module diagnose_flight_refined
   !> Thickness of wings in the mask, in points: the least with which chi reaches 1 and falls over a point to each side, and that
   !> with which little of the flow leaks through.
   real(rp), parameter :: LEAST_CELLS = 2, USUAL_CELLS = 4
+  real(rp), parameter :: MOST_OF_CHORD = 0.5_rp !< thickness of a wing whose forces are about linear in it
   real(rp), parameter :: SAME = 1.0e-6_rp   !< relative
 
 contains
@@ -69,8 +71,8 @@ contains
   end function flown_beats
 
   !> Returns the error of the case over the change that a refinement makes. For the thickness of the wings and their representation
-  !> it follows from the thickness `of_wing` [L] of those of the experiment. If this is not known (0), it counts as 0 where the wings
-  !> of the case have a thickness, and else as that in the further flight.
+  !> it follows from the thickness `of_wing` [L] of those of the experiment. If this is not known (0), it counts as 0 where the
+  !> wings of the case have a thickness, and else as that in the further flight.
   pure real(rp) function refined_error_over_change(s, refinement, of_wing) result(ratio)
     type(settings_t), intent(in) :: s
     integer, intent(in) :: refinement
@@ -84,13 +86,18 @@ contains
   end function refined_error_over_change
 
   !> Returns the thickness [L] of wings in the other representation: 0 if those of the case are in the mask, and else that of the
-  !> wings of the experiment, `of_wing`, or two points if they are thinner, or four points if it is not known. Forces are no linear
-  !> function of a thickness of half a chord (docs/results/flight-study.md), and to scale them is worse than a mask that leaks.
+  !> wings of the experiment, `of_wing`, but at least four points. If that is more than half a mean chord, beyond which forces are
+  !> not linear in the thickness (docs/results/flight-study.md), it is at least two points: a mask that leaks errs less than a change
+  !> that is scaled. If the thickness is not known it is four points.
   pure real(rp) function other_thickness(s, of_wing) result(thickness)
     type(settings_t), intent(in) :: s
     real(rp), intent(in) :: of_wing
+    real(rp) :: cells
     thickness = 0
-    if (s%flight%thin%is_thin) thickness = max(of_wing, merge(LEAST_CELLS, USUAL_CELLS, of_wing > 0)*s%fluid%grid%max_spacing())
+    if (.not. s%flight%thin%is_thin) return
+    cells = USUAL_CELLS
+    if (of_wing > 0 .and. USUAL_CELLS > (1 + SAME)*MOST_OF_CHORD*points_in_chord(s)) cells = LEAST_CELLS
+    thickness = max(of_wing, cells*s%fluid%grid%max_spacing())
   end function other_thickness
 
   !> Returns sections with the keys of a refinement. `length` and `time` are one L and one T in the units of the file. The wings of
