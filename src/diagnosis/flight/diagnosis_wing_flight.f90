@@ -164,8 +164,8 @@ contains
   end subroutine find_rest
 
   !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, and where landmarks are,
-  !> along the axes of the records and in units of the sd. With `number` it returns the derivative with respect to that coordinate of the
-  !> balance instead.
+  !> along the axes of the records and in units of the sd. With `number` it returns the derivative with respect to that coordinate
+  !> of the balance instead.
   subroutine flight_show(self, p, series, values, number)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: p(N_BALANCE)

@@ -87,8 +87,8 @@ contains
 
   !> Returns the thickness [L] of wings in the other representation: 0 if those of the case are in the mask, and else that of the
   !> wings of the experiment, `of_wing`, but at least four points. If that is more than half a mean chord, beyond which forces are
-  !> not linear in the thickness (docs/results/flight-study.md), it is at least two points: a mask that leaks errs less than a change
-  !> that is scaled. If the thickness is not known it is four points.
+  !> not linear in the thickness (docs/results/flight-study.md), it is at least two points: a mask that leaks errs less than a
+  !> change that is scaled. If the thickness is not known it is four points.
   pure real(rp) function other_thickness(s, of_wing) result(thickness)
     type(settings_t), intent(in) :: s
     real(rp), intent(in) :: of_wing
