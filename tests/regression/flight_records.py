@@ -195,6 +195,44 @@ def diagnose(case, data, name, more="", ranks=0, flags=(), cache="../flights", o
     return done.code, found, done.out + done.err
 
 
+def axes_about_x(degrees):
+    """The axes of a record that are turned by this angle from y toward z."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+
+
+def test_axes(case):
+    """A record along axes that are turned by 90 degrees about x, with this attribute, gives the same diagnosis: its Fy is Fz of the
+    case, and its Fz is -Fy, each with its own sd. Without the attribute the case does not explain it."""
+    few = "effects = pitch_lead, balance_gain, balance_turn\nrefine = no\nrounds = 0\n"
+    write_data(case.folder / "data.h5", flown(8, "kinematics_lead = 0.04 0 0\n"), 4)
+    _, straight, _ = diagnose(case, "data.h5", "straight", few)
+    with h5py.File(case.folder / "data.h5", "r+") as file:
+        flight = file["flight/hover"]
+        mean, sd = flight["mean"][...], flight["sd"][...]
+        flight["mean"][...] = np.stack([mean[:, 1], -mean[:, 0], mean[:, 2]], 1)
+        flight["sd"][...] = sd[:, [1, 0, 2]]
+        flight.attrs["axes"] = axes_about_x(90)
+    seal(case.folder / "data.h5")
+    _, turned, _ = diagnose(case, "data.h5", "turned", few)
+    check(names(straight) == ["pitch_lead"] and straight["verdict"]["sentence"] == turned["verdict"]["sentence"], f"{turned['verdict']}")
+    one, two = (np.array(found["extended"]["intervals_90"][0]["lower_best_upper"]) for found in (straight, turned))
+    check(np.allclose(one, two, rtol=1e-10), f"the interval of the lead: {one} {two}")
+    for seen, of, sign in ((0, 1, 1), (1, 0, -1), (2, 2, 1)):
+        other, own = (np.array(found["simulated"]) for found in (flight_of(straight)["sets"][of], flight_of(turned)["sets"][seen]))
+        check(np.allclose(own, sign * other, atol=1e-12 * np.abs(other).max()), f"simulated along the axes of the record: {own} {other}")
+    with h5py.File(case.folder / "data.h5", "r+") as file:
+        del file["flight/hover"].attrs["axes"]
+    seal(case.folder / "data.h5")
+    code, ignored, _ = diagnose(case, "data.h5", "ignored", few)
+    check(code != ADEQUATE and names(ignored) != ["pitch_lead"], f"without the attribute: {ignored['verdict']['sentence']}")
+    with h5py.File(case.folder / "data.h5", "r+") as file:
+        file["flight/hover"].attrs["axes"] = np.eye(3)[[1, 2, 0]]
+    seal(case.folder / "data.h5")
+    code, _, text = diagnose(case, "data.h5", "about-another", few)
+    check(code == 2 and "attribute axes turns about another axis than x, but per_length is 1" in text, text)
+
+
 def names(found):
     return found["verdict"]["set"] or [cause["effect"] for cause in found["verdict"]["causes"]]
 
@@ -249,7 +287,8 @@ def test_null(case):
 
 def test_body(case):
     """The data come from the other representation of the plate on twice the points. With errors that cover its thickness a null is
-    adequate, and a lead of 0.08 beats is named alone; with errors that do not cover it the cause is unknown."""
+    adequate, and a lead of 0.08 beats is named alone; with errors that do not cover it the cause is unknown. If the thickness of the
+    plate is stated, the flight with the other representation covers it, and much smaller stated errors do."""
     facts = {"correlation_time": BODY_TIME / FREQUENCY}
     write_data(case.folder / "data.h5", flown(16, surface="penalized"), 1, BODY_ERROR, 0.1, **facts)
     code, found, _ = diagnose(case, "data.h5", "body", "model_sd = 0.05\n")
@@ -262,6 +301,42 @@ def test_body(case):
     check(code == NAMED and names(found) == ["pitch_lead"], found["verdict"]["sentence"])
     lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
     check(lower < best < upper and abs(best - 0.08) < upper - lower, f"a lead of {lower} {best} {upper} beats")
+    known = f"model_sd = 0.05\nrefine = grid, surface\nwing_thickness = {4 / 16 * LENGTH!r}\n"
+    write_data(case.folder / "data.h5", flown(16, surface="penalized"), 1, ERROR, 0.1, **facts)
+    code, found, _ = diagnose(case, "data.h5", "known", known)
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    write_data(case.folder / "data.h5", flown(16, "kinematics_lead = 0.08 0 0\n", "penalized"), 1, ERROR, 0.1, **facts)
+    code, found, _ = diagnose(case, "data.h5", "known_lead", known)
+    check(code == NAMED and names(found) == ["pitch_lead"], found["verdict"]["sentence"])
+    lower, best, upper = found["extended"]["intervals_90"][0]["lower_best_upper"]
+    check(lower < 0.08 < upper and upper - lower < 0.015, f"a lead of {lower} {best} {upper} beats")
+
+
+def test_surface(case):
+    """The other representation of the plate on the same grid is one flight, and its change one error, which is in proportion to the stated
+    thickness. Its mask has four points, or the stated thickness if that is more. The default has it where this is stated."""
+    few = "effects = balance_gain\nrounds = 0\n"
+    cases = {surface: case.sub(surface) for surface in ("thin", "penalized")}
+    for surface, other in (("thin", "penalized"), ("penalized", "thin")):
+        here = cases[surface]
+        write_case(here.folder / "case", 8, surface)
+        write_data(here.folder / "data.h5", flown(8, surface=other), 5, noise=0.1)
+        code, found, _ = diagnose(here, "data.h5", "other", few + "refine = surface\n")
+        check(code == ADEQUATE and flight_of(found)["refinements"] == "surface", found["verdict"]["sentence"])
+        for record, seen in zip(flight_of(found)["sets"], flown(8, surface=other).T):
+            change = np.sqrt(np.mean(((seen - record["simulated"]) / np.array(record["sd"])) ** 2))
+            # harmonics beyond the last one are below 2 % of it
+            check(abs(record["refinement_differences_sd"][0] / change - 1) < 0.02, f"{record['component']}: {record} {change}")
+    thin, thick = cases["thin"], cases["penalized"]
+    own = f"wing_thickness = {4 / 8 * LENGTH!r}\n"
+    code, _, text = diagnose(thick, "data.h5", "same", few + "refine = thickness\n" + own)
+    check(code == 2 and "the case cannot be flown so: its wings have the thickness of those of the experiment" in text, text)
+    code, found, _ = diagnose(thin, "data.h5", "thin", few + f"refine = surface\nwing_thickness = {0.04 / 8 * LENGTH!r}\n")
+    check(code != ADEQUATE, f"a plate of a hundredth of the mask does not differ so much: {found['verdict']['sentence']}")
+    _, _, text = diagnose(thin, "data.h5", "usual", few + "refine = yes\n" + own, flags=("--plan",))
+    check("beats 1.5, surface 1.0" in text, text)
+    _, _, text = diagnose(thin, "data.h5", "unknown", few + "refine = yes\n", flags=("--plan",))
+    check("beats 1.5" in text and "surface 1" not in text, text)
 
 
 def test_outside(case):

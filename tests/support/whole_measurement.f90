@@ -167,6 +167,7 @@ contains
       units = units//', '//component_unit(f%component(k), f%is_per_length)
     end do
     call put_attribute(file, group, 'reference', f%reference, failure)
+    call put_attribute(file, group, 'axes', reshape(transpose(f%axes), [9]), failure)
     call put_attribute(file, group, 'correlation_time', f%correlation_time, failure)
     call put_attribute(file, group, 'components', components(3:), failure)
     call put_attribute(file, group, 'units', units(3:), failure)
@@ -208,6 +209,7 @@ contains
     if (.not. file%has(group)) then
       call file%make_group(group, failure)
       call put_attribute(file, group, 'origin', [0.0_rp, 0.0_rp, 0.0_rp], failure)
+      call put_attribute(file, group, 'axes', reshape(transpose(f%axes), [9]), failure)
       call put_attribute(file, group, 'beats', f%beats, failure)
       call put_attribute(file, group, 'correlation_time', f%correlation_time, failure)
       if (f%offset_sd > 0) call put_attribute(file, group, 'offset_sd', f%offset_sd, failure)

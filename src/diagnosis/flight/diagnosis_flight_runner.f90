@@ -6,7 +6,7 @@ module diagnosis_flight_runner
   use base_kinds, only: rp
   use base_outcome, only: outcome_t
   use diagnosis_flight_changes, only: N_CHANGES, N_FLOW
-  use diagnosis_flight_refinements, only: N_REFINEMENTS, NOT_REFINED
+  use diagnosis_flight_refinements, only: USUAL_ERROR, N_REFINEMENTS, NOT_REFINED
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   implicit none
@@ -52,6 +52,7 @@ module diagnosis_flight_runner
     real(rp) :: steps = 0, seconds = 0                 !< of one flight, as far as they can be foreseen
     character(200) :: unrefined(N_REFINEMENTS) = ''    !< why this numerical error cannot be made smaller
     real(rp) :: cost(N_REFINEMENTS) = 1                !< of the flight that makes it smaller, in flights of the case
+    real(rp) :: error_over_change(N_REFINEMENTS) = USUAL_ERROR !< the error of the case over the change by this flight
   end type flight_facts_t
 
   type, abstract :: flight_runner_t

@@ -6,18 +6,19 @@
 !> no observations here.
 module diagnosis_wing_flight
   use base_kinds, only: rp
+  use diagnosis_flight_axes, only: along_axes
   use diagnosis_flight_catalogue, only: stated_errors
   use diagnosis_flight_data, only: change_t, flight_data_t
   use diagnosis_flight_landmarks, only: count_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns, &
                                         N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
-  use diagnosis_flight_refinements, only: error_over_change, N_REFINEMENTS
+  use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: N_PHASES
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: labels_t
-  use measurement_balance, only: apply_balance, balance_harmonics, balance_values, move_torques, without_additions
+  use measurement_balance, only: apply_balance, balance_harmonics, balance_values, without_additions
   use measurement_balance_causes, only: N_BALANCE
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
@@ -146,8 +147,7 @@ contains
     at = 0
     do r = 1, size(self%flights)
       associate (f => self%flights(r))
-        samples = cmplx(self%data%response%samples, kind=rp)
-        call move_torques(samples, f%reference)
+        samples = along_axes(f, cmplx(self%data%response%samples, kind=rp))
         do k = 1, size(f%component)
           do j = 1, size(f%time)
             if (.not. f%is_known(j, k)) cycle
@@ -163,31 +163,27 @@ contains
     end do
   end subroutine find_rest
 
-  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, and where landmarks are, in
-  !> units of the sd. With `number` it returns the derivative with respect to that coordinate of the balance instead.
+  !> Returns in values(n) what the balance with the coordinates p shows of the Fourier series `series`, and where landmarks are,
+  !> along the axes of the records and in units of the sd. With `number` it returns the derivative with respect to that coordinate
+  !> of the balance instead.
   subroutine flight_show(self, p, series, values, number)
     class(wing_flight_t), intent(in) :: self
     real(rp), intent(in) :: p(N_BALANCE)
     complex(rp), intent(in) :: series(0:, :)
     real(rp), intent(out) :: values(:)
     integer, intent(in), optional :: number
-    complex(rp), dimension(0:ubound(series, 1), N_COMPONENTS) :: x, a, y
+    complex(rp) :: y(0:ubound(series, 1), N_COMPONENTS), seen(0:ubound(series, 1), size(series, 2))
     integer :: r, k, at, n
     at = 0
     do r = 1, size(self%flights)
       associate (f => self%flights(r))
-        if (f%side == 0) then
-          x = series(:, :N_COMPONENTS)
-          a = self%inertia
-          call move_torques(x, f%reference)
-          call move_torques(a, f%reference)
-          call apply_balance(p, f%frequency, x, a, y, number)
-        end if
+        seen = along_axes(f, series)
+        if (f%side == 0) call apply_balance(p, f%frequency, seen(:, :N_COMPONENTS), along_axes(f, self%inertia), y, number)
         do k = 1, size(f%component)
           n = count(f%is_known(:, k))
           associate (time => self%time(at + 1:at + n), sd => pack(f%sd(:, k), f%is_known(:, k)))
             if (f%side == 0) values(at + 1:at + n) = balance_values(y(:, f%component(k)), time)/sd
-            if (f%side > 0) values(at + 1:at + n) = balance_values(series(:, f%component(k)), time)/sd*merge(0, 1, present(number))
+            if (f%side > 0) values(at + 1:at + n) = balance_values(seen(:, f%component(k)), time)/sd*merge(0, 1, present(number))
           end associate
           at = at + n
         end do
@@ -270,7 +266,8 @@ contains
     do i = 1, N_REFINEMENTS
       if (.not. self%data%refined(i)) cycle
       last = last + 1
-      call self%show(without_additions(p), error_over_change(i)*self%data%response%refined(:, :, i), nuisances(:, last))
+      call self%show(without_additions(p), self%data%facts%error_over_change(i)*self%data%response%refined(:, :, i), &
+                     nuisances(:, last))
     end do
     do j = 1, N_CHANGES
       if (.not. self%stated(j) > 0) cycle
@@ -325,8 +322,8 @@ contains
           n = count(f%is_known(:, k))
           if (self%camera(r) == camera) then
             do i = 1, N_MISPLACED
-              nuisances(at + 1:at + n, i) = misplaced(f, k, self%time(at + 1:at + n), series, pivot, i)/ &
-                                            pack(f%sd(:, k), f%is_known(:, k))
+              nuisances(at + 1:at + n, i) = misplaced(f, k, self%time(at + 1:at + n), along_axes(f, series), &
+                                                      matmul(f%axes, pivot), i)/pack(f%sd(:, k), f%is_known(:, k))
             end do
           end if
           at = at + n

@@ -11,7 +11,8 @@ module measurement_attributes
   use solid_wing_report, only: wing_report_t
   implicit none
   private
-  public :: check_names, read_real, read_direction, read_vector, read_whole, read_word, valid_range_t, above_zero, from_zero
+  public :: check_names, read_numbers, read_real, read_direction, read_vector, read_whole, read_word, valid_range_t, above_zero, &
+            from_zero
 
   !> Holds the range of valid values of a number in a file.
   type :: valid_range_t

@@ -24,6 +24,8 @@ module measurement_flight
     '', 'degree', '', 'degree', 'beat', '', 'degree', '']
   character(5), parameter, public :: SIDE_NAMES(2) = [character(5) :: 'left', 'right'] !< of wings that have landmarks
   real(rp), parameter, public :: FAR = 1.0e4_rp !< [m]
+  real(rp), parameter, public :: SAME_AXES(3, 3) = & !< those of the case
+                                 reshape([1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp], [3, 3])
   integer, parameter :: FEWEST = 4 !< times of a record
 
   !> A record holds the means over several beats at fixed times of the beat: of components of the force, or of coordinates of
@@ -33,7 +35,8 @@ module measurement_flight
     character(:), allocatable :: name
     real(rp) :: frequency = 0                 !< [Hz] of the beat
     integer :: beats = 1                      !< number of beats that were averaged
-    real(rp) :: reference(3) = 0              !< [m] point about which torques act
+    real(rp) :: reference(3) = 0              !< [m] point about which torques act, along the axes of the case
+    real(rp) :: axes(3, 3) = SAME_AXES        !< rows: axes of the record, or of its cameras, along those of the case
     real(rp) :: correlation_time = 0          !< [s] of the errors of each component; 0: they are independent
     real(rp) :: kinematic_sd(N_KINEMATICS) = 0 !< of the kinematics as measured: relative, degrees, beats; 0: not stated
     logical :: is_per_length = .false.        !< values are per metre of span, from a two-dimensional section
@@ -44,7 +47,8 @@ module measurement_flight
     real(rp), allocatable :: points(:, :)     !< (2, landmarks) [m] (x, y) on the flat wing
     integer, allocatable :: component(:)      !< (k) numbers in COMPONENT_NAMES, or of coordinates
     real(rp), allocatable :: time(:)          !< (n) of the beat, increasing, in [0, 1)
-    real(rp), allocatable :: mean(:, :)       !< (n, k) [N], [N m], [W] or [m], from the origin of the case; 0 where unknown
+    real(rp), allocatable :: mean(:, :)       !< (n, k) along `axes` [N], [N m], [W] or [m], from the origin of the case; 0 where
+    !< unknown
     logical, allocatable :: is_known(:, :)    !< (n, k)
     real(rp), allocatable :: sd(:, :)         !< (n, k) of `mean`, in its unit; 1 where unknown
   contains
@@ -65,6 +69,7 @@ contains
     call visitor%visit('frequency', self%frequency)
     call visitor%visit('beats', self%beats)
     call visitor%visit('reference', self%reference)
+    call visitor%visit('axes', self%axes)
     call visitor%visit('correlation_time', self%correlation_time)
     call visitor%visit('kinematic_sd', self%kinematic_sd)
     call visitor%visit('is_per_length', self%is_per_length)

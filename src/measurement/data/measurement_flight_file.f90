@@ -8,6 +8,7 @@ module measurement_flight_file
   use io_hdf5, only: hdf5_file_t, NAME_LENGTH
   use io_suggest, only: suggestion_t
   use measurement_attributes, only: above_zero, check_names, from_zero, read_real, read_vector, read_whole, read_word
+  use measurement_axes, only: read_axes
   use measurement_flight, only: component_unit, measured_flight_t, read_times, read_values, COMPONENT_NAMES, FAR, KINEMATIC_SD, &
                                 KINEMATIC_UNITS, N_COMPONENTS, N_KINEMATICS
   use measurement_landmarks, only: has_landmarks, read_landmarks
@@ -91,7 +92,7 @@ contains
       return
     end if
     call check_members(file, group, [character(9) :: 'time', 'mean', 'sd', 'spread', 'landmarks'], report)
-    call check_names(file, group, [character(24) :: 'frequency', 'beats', 'frame', 'reference', 'correlation_time', &
+    call check_names(file, group, [character(24) :: 'frequency', 'beats', 'frame', 'axes', 'reference', 'correlation_time', &
                                    'per_length', 'components', 'units', KINEMATIC_SD], report)
     call read_real(file, group, 'frequency', 'Hz', above_zero(1.0e9_rp), f%frequency, report)
     call read_beats(file, group, f, report)
@@ -104,7 +105,10 @@ contains
     end do
     call read_whole(file, group, 'per_length', 0, 1, 0, per_length, report)
     f%is_per_length = per_length == 1
+    call read_axes(file, group, f%is_per_length, f%axes, report)
     if (has_landmarks(file, group)) has_forces = begins_forces(file, group)
+    if (.not. has_forces .and. has_attribute(file, group, 'axes')) &
+      call report%add(group, 'attribute axes is of forces, and the record has none; valid: axes of the group landmarks')
     if (.not. has_forces) return
     call read_vector(file, group, 'reference', 'm', FAR, f%reference, report)
     call read_real(file, group, 'correlation_time', 's', from_zero(1.0e6_rp), f%correlation_time, report, 0.0_rp)

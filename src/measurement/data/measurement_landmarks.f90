@@ -8,6 +8,7 @@ module measurement_landmarks
   use io_attributes, only: has_attribute
   use io_hdf5, only: hdf5_file_t
   use measurement_attributes, only: above_zero, check_names, from_zero, read_real, read_vector, read_whole
+  use measurement_axes, only: read_axes
   use measurement_flight, only: measured_flight_t, read_times, read_values, FAR, N_COMPONENTS, SIDE_NAMES
   use solid_wing_datasets, only: check_members, read_real_dataset
   use solid_wing_report, only: wing_report_t
@@ -47,7 +48,8 @@ contains
         return
       end if
       call check_members(file, all_of_them, SIDE_NAMES, report)
-      call check_names(file, all_of_them, [character(16) :: 'origin', 'beats', 'correlation_time', 'offset_sd', 'turn_sd'], report)
+      call check_names(file, all_of_them, [character(16) :: 'origin', 'axes', 'beats', 'correlation_time', 'offset_sd', &
+                                           'turn_sd'], report)
       common = of_flight
       common%component = [integer ::]
       common%time = [real(rp) ::]
@@ -55,6 +57,7 @@ contains
       common%sd = common%mean
       common%is_known = reshape([logical ::], [0, 0])
       call read_vector(file, all_of_them, 'origin', 'm', FAR, origin, report)
+      call read_axes(file, all_of_them, of_flight%is_per_length, common%axes, report)
       call read_whole(file, all_of_them, 'beats', 1, huge(1), of_flight%beats, common%beats, report)
       call read_real(file, all_of_them, 'correlation_time', 's', from_zero(1.0e6_rp), common%correlation_time, report, 0.0_rp)
       if (has_attribute(file, all_of_them, 'offset_sd')) &
@@ -75,13 +78,13 @@ contains
         records(i) = common
         records(i)%side = sides(i)
         records(i)%first = last
-        call read_wing(file, all_of_them//'/'//trim(SIDE_NAMES(sides(i))), origin, records(i), report)
+        call read_wing(file, all_of_them//'/'//trim(SIDE_NAMES(sides(i))), matmul(common%axes, origin), records(i), report)
         last = last + records(i)%count_landmarks()
       end do
     end associate
   end subroutine read_landmarks
 
-  !> Reads the landmarks of one wing.
+  !> Reads the landmarks of one wing. `origin` [m] is along the axes of the cameras.
   subroutine read_wing(file, group, origin, f, report)
     type(hdf5_file_t), intent(in) :: file
     character(*), intent(in) :: group

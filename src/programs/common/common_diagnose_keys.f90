@@ -36,7 +36,7 @@ module common_diagnose_keys
     integer :: ranks = 0, beats = 1, harmonics = 1, rounds = 0, directions = 1
     logical :: compare = .false.
     real(rp) :: model_sd = 0
-    real(rp) :: wall_distance = 0, body_length = 0, body_radius = 0 !< m, 0: not stated
+    real(rp) :: wall_distance = 0, body_length = 0, body_radius = 0, wing_thickness = 0 !< m, 0: not stated
     integer :: wall_side = WALL_BELOW
   end type flight_choices_t
 
@@ -168,7 +168,11 @@ contains
                    'smaller, and the difference, times a factor by the order of the method, counts as an error; grid (1.5 '// &
                    'times as many points in each direction), step (1.5 times as many steps), penalization (half of eps), '// &
                    'thickness (0.7 times that of wings in the mask), box (1.5 times as large), sponge (twice as thick), beats '// &
-                   '(one more); yes: those that the case permits, without step; all: with step; no: none')
+                   '(one more), surface (wings in the mask where those of the case have no thickness, and the other way '// &
+                   'round); yes: those that the case permits, without step, and surface only for wings without thickness with '// &
+                   '`wing_thickness`; all: with both; no: none')
+    call keys%real('wing_thickness', c%wing_thickness, 0.0_rp, 'thickness of the wings of the experiment, for the errors '// &
+                   'thickness and surface of `refine`; 0: not known', unit='m', min=0.0_rp)
     call keys%integer('rounds', c%rounds, 3, 'largest number of rounds; a round simulates a clear cause with its fitted '// &
                       'values and fits it again; 0: the forces come from an approximation about the case', min=0, max=20)
     call keys%real('model_sd', c%model_sd, 0.02_rp, 'relative error of the simulated forces over the whole beat, both common '// &

@@ -10,7 +10,7 @@ module diagnose_flight_json
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, N_CHANGES, N_FLOW
   use diagnosis_flight_data, only: flight_cases_t, flight_data_t
-  use diagnosis_flight_refinements, only: error_over_change, refinement_names, N_REFINEMENTS, REFINE_GRID
+  use diagnosis_flight_refinements, only: refinement_names, N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_request_t
   use diagnosis_wing_flights, only: wing_flights_t
   use diagnosis_wing_state, only: wing_state_t
@@ -64,7 +64,8 @@ contains
           call json%put('sd', pack(f%sd(:, k), f%is_known(:, k)))
           call put_residuals('simulated', baseline(at - n + 1:at))
           call put_residuals('extended', extended(at - n + 1:at))
-          call put_differences(json, case%refined, refined(at - n + 1:at, flight%nuisance(c) + 1:))
+          call put_differences(json, case%refined, case%facts%error_over_change, &
+                               refined(at - n + 1:at, flight%nuisance(c) + 1:))
           if (size(s%flights%cases) > 1) call json%put('case', case%facts%path)
           call json%close()
         end do
@@ -136,14 +137,13 @@ contains
 
   !> Adds the root mean squares of what refinements change, in sd. The first columns of refined(:, :) are the errors of the case
   !> that these changes show.
-  subroutine put_differences(json, is_refined, refined)
+  subroutine put_differences(json, is_refined, error_over_change, refined)
     type(json_t), intent(inout) :: json
     logical, intent(in) :: is_refined(N_REFINEMENTS)
+    real(rp), intent(in) :: error_over_change(N_REFINEMENTS)
     real(rp), intent(in) :: refined(:, :)
     real(rp) :: rms(count(is_refined))
-    integer :: i
-    rms = sqrt(sum(refined(:, :size(rms))**2, 1)/size(refined, 1))/ &
-          pack([(error_over_change(i), i=1, N_REFINEMENTS)], is_refined)
+    rms = sqrt(sum(refined(:, :size(rms))**2, 1)/size(refined, 1))/pack(error_over_change, is_refined)
     call json%put('grid_difference_sd', sum(rms(:min(1, size(rms))), is_refined(REFINE_GRID)))
     call json%put('refinement_differences_sd', rms)
   end subroutine put_differences

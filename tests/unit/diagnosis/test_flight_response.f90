@@ -7,7 +7,8 @@ program test_flight_response
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WALL, &
                                       FLOW_WIND, N_CHANGES, N_FLOW
-  use diagnosis_flight_refinements, only: read_refinements, refinement_names, N_REFINEMENTS, REFINE_BOX, REFINE_GRID
+  use diagnosis_flight_refinements, only: read_refinements, refinement_names, N_REFINEMENTS, REFINE_BOX, REFINE_GRID, &
+                                          REFINE_SURFACE
   use diagnosis_flight_runner, only: flight_facts_t, flight_record_t, flight_request_t, N_PHASES
   use measurement_flight, only: N_COMPONENTS
   use testkit, only: testkit_t
@@ -158,11 +159,16 @@ contains
   subroutine check_refinements()
     logical, dimension(N_REFINEMENTS) :: wanted, is_named
     character(:), allocatable :: unknown
-    call read_refinements('yes', wanted, is_named, unknown)
+    call read_refinements('yes', .true., wanted, is_named, unknown)
     call t%check('the usual ones are all but the step', count(wanted) == N_REFINEMENTS - 1 .and. .not. any(is_named))
-    call read_refinements('no', wanted, is_named, unknown)
+    call read_refinements('yes', .false., wanted, is_named, unknown)
+    call t%check('and without a known thickness all but the surface', count(wanted) == N_REFINEMENTS - 2 .and. &
+                 .not. wanted(REFINE_SURFACE))
+    call read_refinements('all', .false., wanted, is_named, unknown)
+    call t%check('all', all(wanted) .and. .not. any(is_named))
+    call read_refinements('no', .true., wanted, is_named, unknown)
     call t%check('none', .not. any(wanted) .and. unknown == '')
-    call read_refinements('box, grid sponges', wanted, is_named, unknown)
+    call read_refinements('box, grid sponges', .true., wanted, is_named, unknown)
     call t%check('those that are named', refinement_names(wanted) == 'grid, box' .and. all(is_named .eqv. wanted))
     call t%check('and what is unknown', unknown == 'sponges')
   end subroutine check_refinements

@@ -5,7 +5,8 @@ program test_wing_flights
   use base_kinds, only: rp
   use diagnosis_flight_changes, only: FLOW_LEAD, FLOW_PLATE, FLOW_YOUNG, N_CHANGES, N_FLOW
   use diagnosis_flight_data, only: change_t, flight_cases_t
-  use diagnosis_flight_refinements, only: error_over_change, N_REFINEMENTS, REFINE_BEATS, REFINE_BOX, REFINE_GRID
+  use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_BEATS, REFINE_BOX, REFINE_GRID, REFINE_SURFACE, &
+                                          thickness_error_over_change, REFINE_THICKNESS, THINNER, USUAL_ERROR
   use diagnosis_flight_runner, only: flight_record_t, N_PHASES
   use diagnosis_wing_flights, only: wing_flights_t
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_FLIGHT, KIND_PARAMETER
@@ -121,15 +122,23 @@ contains
   subroutine check_errors()
     real(rp) :: nuisances(2*N, 2)
     call t%check_close('an error of first order is three times its change by 1.5 times the points', &
-                       error_over_change(REFINE_GRID), 3.0_rp, rtol=1.0e-14_rp)
-    call t%check_close('one that falls with the square of the box, 1.8 times', error_over_change(REFINE_BOX), 1.8_rp, &
+                       USUAL_ERROR(REFINE_GRID), 3.0_rp, rtol=1.0e-14_rp)
+    call t%check_close('one that falls with the square of the box, 1.8 times', USUAL_ERROR(REFINE_BOX), 1.8_rp, &
                        rtol=1.0e-14_rp)
-    call t%check_close('one of which no order is known is its change', error_over_change(REFINE_BEATS), 1.0_rp, rtol=1.0e-14_rp)
+    call t%check_close('one of which no order is known is its change', USUAL_ERROR(REFINE_BEATS), 1.0_rp, rtol=1.0e-14_rp)
+    call t%check_close('an error of the thickness is that of the whole thickness, unless it is known', &
+                       USUAL_ERROR(REFINE_THICKNESS), thickness_error_over_change(0.2_rp, THINNER*0.2_rp, 0.0_rp), rtol=1.0e-14_rp)
+    call t%check_close('and so is that of a surface', USUAL_ERROR(REFINE_SURFACE), &
+                       thickness_error_over_change(0.2_rp, 0.0_rp, 0.0_rp), rtol=1.0e-14_rp)
+    call t%check_close('wings of half the thickness of the mask err by half of what it changes', &
+                       thickness_error_over_change(0.0_rp, 0.2_rp, 0.1_rp), 0.5_rp, rtol=1.0e-14_rp)
+    call t%check_close('a mask that is half as thick again as the wings errs by a third of what a surface changes', &
+                       thickness_error_over_change(0.3_rp, 0.0_rp, 0.2_rp), 1/3.0_rp, rtol=1.0e-14_rp)
     call t%check('one error for each case', wing%n_nuisances == 2 .and. wing%n == 2*N .and. all(wing%nuisance == [0, 1]))
     call wing%nuisances([0.0_rp, 0.0_rp, 0.0_rp, log(YOUNG)], nuisances)
-    call close_to('that of the first', nuisances(:N, 1), 0.2_rp*error_over_change(REFINE_GRID))
+    call close_to('that of the first', nuisances(:N, 1), 0.2_rp*USUAL_ERROR(REFINE_GRID))
     call close_to('is not one of the second', nuisances(N + 1:, 1), 0.0_rp)
-    call close_to('that of the second', nuisances(N + 1:, 2), 0.4_rp*error_over_change(REFINE_GRID))
+    call close_to('that of the second', nuisances(N + 1:, 2), 0.4_rp*USUAL_ERROR(REFINE_GRID))
     call close_to('is not one of the first', nuisances(:N, 2), 0.0_rp)
   end subroutine check_errors
 

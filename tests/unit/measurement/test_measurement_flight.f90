@@ -7,6 +7,7 @@ program test_measurement_flight
   use measurement_broadcast, only: load_measurement
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
+  use measurement_flight, only: SAME_AXES
   use measurement_refusals, only: check_refused
   use measurement_writer, only: measurement_writer_t
   use solid_wing, only: wing_t
@@ -20,6 +21,9 @@ program test_measurement_flight
   real(rp), parameter :: TIMES(N) = [0.0_rp, 0.2_rp, 0.5_rp, 0.9_rp], &
                          MEANS(K*N) = 1.0e-3_rp*[1.0_rp, 2.0_rp, 0.5_rp, -1.0_rp, 0.2_rp, 0.1_rp, 0.0_rp, 0.3_rp], &
                          ERRORS(K*N) = 1.0e-4_rp*[1.0_rp, 2.0_rp, 1.5_rp, 3.0_rp, 1.2_rp, 2.1_rp, 1.1_rp, 2.3_rp]
+  !> Axes that are turned about x by the angle with the cosine 0.8, in numbers that are exact to five digits, and any others.
+  real(rp), parameter :: SECTION(9) = [1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 0.8_rp, 0.60001_rp, 0.0_rp, -0.6_rp, 0.8_rp], &
+                         ANY_AXES(9) = [0.0_rp, 0.0_rp, 1.0_rp, 0.6_rp, 0.8_rp, 0.0_rp, -0.8_rp, 0.6_rp, 0.0_rp]
   type(testkit_t) :: t
   type(wing_t) :: wing
   type(measurement_writer_t) :: w
@@ -40,6 +44,7 @@ program test_measurement_flight
   if (t%world%size == 1) call write_again()
   call t%world%barrier()
   if (t%world%size == 1) call refuse_all()
+  if (t%world%size == 1) call refuse_axes()
   call t%finish()
 
 contains
@@ -58,6 +63,7 @@ contains
     call w%real_attribute(ONE, 'pitch_lead_sd', [4.0e-3_rp])
     call one_record('/flight/two', 'Fy,Mx', 'N/m, N', 'spread')
     call w%integer_attribute('/flight/two', 'per_length', 1)
+    call w%real_attribute('/flight/two', 'axes', SECTION)
   end subroutine sample
 
   subroutine one_record(group, components, units, errors_name)
@@ -97,6 +103,10 @@ contains
       call t%check('sd are as given', maxval(abs(reshape(transpose(first%sd), [K*N - 1]) - ERRORS(:K*N - 1))) <= 0)
       call t%check('or those of the mean of 16 beats', maxval(abs(reshape(transpose(second%sd), [K*N]) - ERRORS/4)) <= 0)
       call t%check('the second is of a section', second%is_per_length .and. all(second%component == [2, 4]))
+      call t%check('axes are those of the case where the record has none', maxval(abs(first%axes - SAME_AXES)) <= 0)
+      call t%check_below('or as written', maxval(abs(second%axes - transpose(reshape(SECTION, [3, 3])))), 2.0e-5_rp)
+      call t%check_below('and exactly orthonormal', maxval(abs(matmul(second%axes, transpose(second%axes)) - SAME_AXES)), &
+                         1.0e-15_rp)
     end associate
     call t%check('a component has the name of its record', m%surface_name(3) == 'two:Fy')
   end subroutine read_it
@@ -168,6 +178,21 @@ contains
     call w%delete('/flight')
     call refused('/loads', 'there is no load, no mode in /modes and no record in /series and /flight')
   end subroutine refuse_all
+
+  subroutine refuse_axes()
+    call sample()
+    call w%real_attribute(ONE, 'axes', 1.001_rp*ANY_AXES)
+    call refused(ONE, 'attribute axes: its rows are no unit vectors at right angles, by 0.002')
+    call sample()
+    call w%real_attribute(ONE, 'axes', -ANY_AXES)
+    call refused(ONE, 'attribute axes is left-handed; valid: a third row that is the cross product of the first two')
+    call sample()
+    call w%real_attribute(ONE, 'axes', ANY_AXES(:6))
+    call refused(ONE, 'attribute axes')
+    call sample()
+    call w%real_attribute('/flight/two', 'axes', ANY_AXES)
+    call refused('/flight/two', 'attribute axes turns about another axis than x, but per_length is 1')
+  end subroutine refuse_axes
 
   subroutine refused(object, what)
     character(*), intent(in) :: object, what

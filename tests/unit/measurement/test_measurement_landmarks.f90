@@ -7,7 +7,7 @@ program test_measurement_landmarks
   use measurement_broadcast, only: load_measurement
   use measurement_data, only: measurement_t
   use measurement_file, only: read_measurement
-  use measurement_flight, only: N_COMPONENTS
+  use measurement_flight, only: N_COMPONENTS, SAME_AXES
   use measurement_refusals, only: check_refused
   use measurement_writer, only: measurement_writer_t
   use solid_wing, only: wing_t
@@ -62,6 +62,7 @@ contains
     call cameras(BOTH)
     call w%real_attribute(BOTH//MARKS, 'correlation_time', [2.0e-3_rp])
     call w%real_attribute(BOTH//MARKS, 'offset_sd', [1.0e-4_rp])
+    call w%real_attribute(BOTH//MARKS, 'axes', [0.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp])
     call one_wing(BOTH//LEFT)
     call one_wing(BOTH//RIGHT)
     call facts(ONE)
@@ -123,8 +124,12 @@ contains
       call t%check('a coordinate that was never seen is left out', all(left_wing%component == N_COMPONENTS + [1, 2, 3, 5, 6]))
       call t%check('so it is on the other wing', all(right_wing%component == N_COMPONENTS + 3*M + [1, 2, 3, 5, 6]))
       call t%check('points are as written', maxval(abs(reshape(alone%points, [2*M]) - POINTS)) <= 0)
-      call t%check('places are from the origin of the case', maxval(abs(left_wing%mean(:, 4) - ORIGIN(2) - seen(5, :)), &
-                                                                    left_wing%is_known(:, 4)) < 1.0e-15_rp)
+      call t%check('places are from the origin of the case, along the axes of the cameras: their y is its z', &
+                   maxval(abs(left_wing%mean(:, 4) - ORIGIN(3) - seen(5, :)), left_wing%is_known(:, 4)) < 1.0e-15_rp)
+      call t%check('cameras that state no axes have those of the case', &
+                   maxval(abs(alone%mean(:, 4) - ORIGIN(2) - seen(5, :)), alone%is_known(:, 4)) < 1.0e-15_rp .and. &
+                   maxval(abs(alone%axes - SAME_AXES)) <= 0)
+      call t%check('a balance that states none, too', maxval(abs(d%flights(1)%axes - SAME_AXES)) <= 0)
       call t%check('the spread becomes the sd of the mean of all beats', abs(left_wing%sd(1, 1) - 1.0e-4_rp/4) < 1.0e-12_rp)
       call t%check('or of those of the cameras', abs(alone%sd(1, 1) - 1.0e-4_rp/3) < 1.0e-12_rp)
       call t%check('errors of the axes are as stated', abs(right_wing%offset_sd - 1.0e-4_rp) <= 0 .and. &
@@ -155,6 +160,9 @@ contains
     call sample()
     call w%group(ONE//MARKS//'/lefft')
     call refused(ONE//MARKS, "unknown object 'lefft'; did you mean 'left'?")
+    call sample()
+    call w%real_attribute(ONE, 'axes', [0.0_rp, 0.0_rp, 1.0_rp, 1.0_rp, 0.0_rp, 0.0_rp, 0.0_rp, 1.0_rp, 0.0_rp])
+    call refused(ONE, 'attribute axes is of forces, and the record has none; valid: axes of the group landmarks')
     call sample()
     call w%delete(ONE//RIGHT)
     call refused(ONE//MARKS, 'holds no landmarks; it must hold the group left or right, or both')

@@ -128,6 +128,35 @@ class Import(unittest.TestCase):
         np.testing.assert_array_equal(self.record("first")["mean"], self.record("second")["mean"])
         self.assertIn("has a flight second", self.run_import("--force-units", "N", "--name", "second", "--add", code=2))
 
+    def test_axes(self):
+        """Axes are stored as given, or from the angles of the case: a body that looks along -x with its left to -y, and then its
+        stroke plane, whose x is that body's z after -90 degrees about y."""
+        self.write(self.noisy())
+        self.run_import("--force-units", "mN")
+        self.assertNotIn("axes", self.record())
+        any_axes = np.array([[0.0, 0.0, 1.0], [0.6, 0.8, 0.0], [-0.8, 0.6, 0.0]])
+        text = self.run_import("--force-units", "mN", "--axes", *any_axes.ravel())
+        self.assertIn("y      of the balance is along   0.60000   0.80000   0.00000 of the case", text)
+        np.testing.assert_array_equal(self.record()["axes"], any_axes)
+        self.run_import("--force-units", "mN", "--yaw-pitch-roll", 180, 0, 0)
+        np.testing.assert_allclose(self.record()["axes"], np.diag([-1, -1, 1]), atol=1e-15)
+        self.run_import("--force-units", "mN", "--yaw-pitch-roll", 180, 0, 0, "--stroke-plane", -90)
+        np.testing.assert_allclose(self.record()["axes"], [[0, 0, 1], [0, -1, 0], [1, 0, 0]], atol=1e-15)
+        self.run_import("--force-units", "mN", "--yaw-pitch-roll", 0, 0, 90)  # roll: y of the body is z of the case
+        np.testing.assert_allclose(self.record()["axes"], [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-15)
+        self.run_import("--force-units", "mN/m", "--yaw-pitch-roll", 0, 0, 30)
+        self.assertAlmostEqual(self.record()["axes"][1, 2], 0.5)
+
+    def test_refused_axes(self):
+        self.write(self.noisy())
+        for words, *options in (("no unit vectors at right angles, by 0.0002", "--axes", 1.0001, 0, 0, 0, 1, 0, 0, 0, 1),
+                                ("no unit vectors at right angles", "--axes", "nan", 0, 0, 0, 1, 0, 0, 0, 1),
+                                ("left-handed", "--axes", 1, 0, 0, 0, 1, 0, 0, 0, -1),
+                                ("give either the axes, or", "--axes", 1, 0, 0, 0, 1, 0, 0, 0, 1, "--stroke-plane", 0)):
+            self.assertIn(words, self.run_import("--force-units", "mN", *options, code=2))
+        self.assertIn("a section per metre of span can be turned about x alone",
+                      self.run_import("--force-units", "mN/m", "--yaw-pitch-roll", 180, 0, 0, code=2))
+
     def test_refused_units(self):
         """No unit has a default, and per metre is all or nothing."""
         self.write({**self.noisy(), "Mx": truth(self.time)["Fy"]})

@@ -86,6 +86,17 @@ class Import(unittest.TestCase):
         self.assertTrue(0.9 * SD / np.sqrt(24) < 1e3 * sd < 1.1 * SD / np.sqrt(12), sd)
         self.assertEqual(wings["right"]["mean"].shape, (40, 3))
 
+    def test_axes(self):
+        """The axes of the cameras are those of the landmarks, and not those of the balance."""
+        write_record(self.folder / "flight.h5", "flight", {"frequency": F, "beats": 20, "reference": np.zeros(3), "components": "Fz",
+                                                           "units": "N", "axes": np.diag([-1.0, -1.0, 1.0])},
+                     {"time": np.arange(8) / 8, "mean": np.ones((8, 1)), "sd": np.ones((8, 1))})
+        self.write()
+        self.run_import("--add", "--yaw-pitch-roll", 90, 0, 0)
+        np.testing.assert_allclose(self.record()[0]["axes"], [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-15)
+        with h5py.File(self.folder / "flight.h5") as file:
+            np.testing.assert_array_equal(file["flight/flight"].attrs["axes"], np.diag([-1.0, -1.0, 1.0]))
+
     def test_unseen(self):
         """A coordinate that is lost for a third of each beat is unknown there."""
         columns = truth(self.time)

@@ -62,6 +62,13 @@ class Shown(unittest.TestCase):
         np.testing.assert_allclose(found["Fy"], exact["Fz"], atol=1e-12)
         np.testing.assert_allclose(found["Fz"], -exact["Fy"], atol=1e-12)
 
+    def test_turn(self):
+        """A turn that the file states acts as one that it hides, before the errors of the balance; the axes of the record have it."""
+        _, hidden = self.late(misalignment=50.0, cross_talk=(0.05, -0.02), offset=(1.0, 2.0, 3.0))
+        _, stated = self.late(turn=40.0, misalignment=10.0, cross_talk=(0.05, -0.02), offset=(1.0, 2.0, 3.0))
+        for name in "Fy", "Fz", "Mx", "power":
+            np.testing.assert_allclose(stated[name], hidden[name], atol=1e-14)
+
     def test_inertia(self):
         """The balance bears the wing: it lacks mass times acceleration, at the place of the hinge."""
         exact, found = self.late(inertia=0.2)
@@ -199,6 +206,12 @@ class Flights(unittest.TestCase):
             self.assertEqual(truth["hidden"]["lead"], 0)
             self.assertAlmostEqual(truth["reynolds"], 75, delta=0.1)
             self.assertLess(np.abs(np.array(truth["on_the_wing"]["Fz"]) - first[:, 1]).max(), 0.2 * np.abs(first[:, 1]).max())
+            make("--add", "--set", "name=turned", "--set", "balance.turn=90")
+            with h5py.File(folder / "flight.h5") as file:
+                np.testing.assert_allclose(file["flight/turned"].attrs["axes"], [[1, 0, 0], [0, 0, 1], [0, -1, 0]], atol=1e-15)
+                spread = file["flight/hover/spread"][()] + file["flight/turned/spread"][()]
+                self.assertLess(np.abs((file["flight/turned/mean"][()] - first[:, [1, 0, 2, 3]] * [1, -1, 1, 1]) / spread).max(), 5)
+                self.assertNotIn("axes", file["flight/hover"].attrs)
             make("--add", "--set", "name=again", "--set", "state=sd", "--set", "stated.pitch_lead=0.004")
             self.assertIn("has a flight again", make("--add", "--set", "name=again", code=2))
             with h5py.File(folder / "flight.h5") as file:

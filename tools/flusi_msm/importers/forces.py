@@ -3,11 +3,12 @@
 balance measured over many beats.
 
 usage: import_forces FORCES.csv -o flight.h5 --time-units ms --frequency 158 --force-units mN [--torque-units uNm] [--power-units mW]
-                     [--reference X Y Z --length-units mm] [--column lift=Fz --column drag=-Fy] [--add --name ID]
+                     [--reference X Y Z --length-units mm] [--yaw-pitch-roll YAW PITCH ROLL] [--column lift=Fz --column drag=-Fy] [--add --name ID]
 
 FORCES.csv has a line of column names and one line for each sample: time, and some of Fx, Fy, Fz, Mx, My, Mz, power. --column
 gives the meaning of other names, with a sign. Forces and torques are those of the air on the wing, along the axes of the flusi
-case that simulates the experiment, without weight and inertia of the wing; power is the power of the wing on the air. Beats begin
+case that simulates the experiment, without weight and inertia of the wing; power is the power of the wing on the air. A balance
+whose axes are others says so by --axes or by angles; --reference stays along the axes of the case. Beats begin
 at the time --start, in the --time-units of the file, and last 1/frequency. The record has the mean of all complete beats, their
 spread, and the time in which the correlation of errors falls by the factor e. Samples of a two-dimensional section have units per
 metre: N/m, Nm/m, W/m. docs/guide/import-data.md explains all of this.
@@ -22,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from flusi_msm.errors import InputError, Problems, run_command
+from flusi_msm.importers.axes import add_options, axes_of
 from flusi_msm.importers.beats import DRIFT, REPEATS, Folded, best_frequency, fold, strongest_frequency
 from flusi_msm.importers.kinematics import read_columns
 from flusi_msm.measurement.balance import OF_A_WING, units_of
@@ -60,6 +62,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
         parser.add_argument(f"--{kind}-units", choices=choices, metavar="UNIT", help=f"required with a {kind}: {', '.join(choices)}")
     parser.add_argument("--reference", type=float, nargs=3, metavar=("X", "Y", "Z"), help="point about which torques are; required with them")
     parser.add_argument("--length-units", choices=LENGTHS, help="of --reference")
+    add_options(parser, "the balance")
     parser.add_argument("--column", action="append", default=[], metavar="NAME=[-]COMPONENT", help="what another name stands for")
     parser.add_argument("--ignore", action="append", default=[], metavar="NAME", help="a column that is left out; may be repeated")
     parser.add_argument("--start", type=float, default=0.0, metavar="TIME", help="when a beat begins, in --time-units (default: 0)")
@@ -203,11 +206,14 @@ def main() -> None:
     options, problems = parse(), Problems()
     check_options(options, problems)
     time, values, components, is_per_length, spelling = read_samples(options, problems)
+    axes = axes_of(options, is_per_length, problems)
+    problems.stop_if_any()
     found = check_beats(time, values, options, problems)
     data, correlation_time = record_of(found, options)
     reference = np.zeros(3) if options.reference is None else LENGTHS[options.length_units] * np.array(options.reference)
     units = units_of(components, is_per_length)
     write_record(options.output, options.name, {"frequency": options.frequency, "beats": len(found.beats), "reference": reference,
+                                                **({} if axes is None else {"axes": axes}),
                                                 "components": ", ".join(components), "units": ", ".join(units),
                                                 "per_length": int(is_per_length), "correlation_time": correlation_time}, data,
                  not options.add)
@@ -217,6 +223,8 @@ def main() -> None:
     for name, unit, mean, spread, share in zip(components, units, found.mean().T, found.spread().T, found.explained()):
         print(f"{name:6s} mean {np.nanmean(mean):10.3e}  from {np.nanmin(mean):10.3e} to {np.nanmax(mean):10.3e}  spread of a beat "
               f"{np.sqrt(np.nanmean(spread**2)):9.2e} {unit}; the mean beat explains {100 * share:.1f} %")
+    for name, axis in zip("xyz", [] if axes is None else axes):
+        print(f"{name:6s} of the balance is along {axis[0]:9.5f} {axis[1]:9.5f} {axis[2]:9.5f} of the case")
     print(options.output)
     if not options.no_picture:
         from flusi_msm.importers.forces_picture import draw

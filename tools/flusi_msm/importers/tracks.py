@@ -3,15 +3,16 @@
 flapping wings that cameras tracked.
 
 usage: import_landmarks TRACKS.csv POINTS.csv -o flight.h5 --time-units ms --frequency 158 --length-units mm --origin X Y Z
-                        [--sd 0.05] [--offset-sd 0.1] [--turn-sd 1] [--add --name ID]
+                        [--yaw-pitch-roll YAW PITCH ROLL] [--sd 0.05] [--offset-sd 0.1] [--turn-sd 1] [--add --name ID]
 
 POINTS.csv has a line of column names, `name,wing,x,y`, and one line for each point: a name of your own, left or right, and its
 place on the flat wing in the frame of the wing file. TRACKS.csv has the column time, and NAME_x, NAME_y, NAME_z for each point:
-its place in space along the axes of the flusi case that simulates the experiment. A coordinate that was not seen is an empty
-cell, or a column that is not there. --origin is the place in the case from which the cameras measure. Beats begin at the time
---start, in the --time-units of the file, and last 1/frequency. The record has the mean of all complete beats and its sd, from
-the spread of the beats, pooled over the beat for each coordinate; if no coordinate of it was seen twice, the error is --sd. All
-lengths are in --length-units. docs/guide/import-data.md explains all of this.
+its place in space along the axes of the flusi case that simulates the experiment, or along those of --axes or of the angles. A
+coordinate that was not seen is an empty cell, or a column that is not there. --origin is the place in the case, along its axes,
+from which the cameras measure. Beats begin at the time --start, in the --time-units of the file, and last 1/frequency. The record
+has the mean of all complete beats and its sd, from the spread of the beats, pooled over the beat for each coordinate; if no
+coordinate of it was seen twice, the error is --sd. All lengths are in --length-units. docs/guide/import-data.md explains all of
+this.
 """
 from __future__ import annotations
 
@@ -23,6 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from flusi_msm.errors import InputError, Problems, run_command
+from flusi_msm.importers.axes import add_options, axes_of
 from flusi_msm.importers.beats import DRIFT, Folded, best_frequency, fold
 from flusi_msm.importers.forces import LENGTHS, MOST, SAME, TIMES
 from flusi_msm.importers.kinematics import read_columns
@@ -56,6 +58,7 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--length-units", required=True, choices=LENGTHS)
     parser.add_argument("--frequency", required=True, type=float, metavar="HZ", help="of the beat")
     parser.add_argument("--origin", required=True, type=float, nargs=3, metavar=("X", "Y", "Z"), help="of the cameras' axes, in the case")
+    add_options(parser, "the frame of the cameras")
     parser.add_argument("--sd", type=float, metavar="LENGTH", help="of one coordinate in one beat; required with a single beat")
     parser.add_argument("--offset-sd", type=float, metavar="LENGTH", help="of the origin, along each axis")
     parser.add_argument("--turn-sd", type=float, metavar="DEGREES", help="of the cameras' axes, about each axis")
@@ -189,12 +192,15 @@ def main() -> None:
     check_options(options, problems)
     unit = LENGTHS[options.length_units]
     points = read_points(Path(options.points), unit, problems)
+    axes = axes_of(options, options.per_length, problems)
     time, values, spelling = read_tracks(Path(options.tracks), points, options, problems)
     found = check_beats(time, values, options, problems)
     mean, sd = record_of(found, options)
     own = found.correlation_time() / options.frequency if len(found.beats) > 1 else 0.0
     cameras = {"origin": unit * np.array(options.origin), "beats": len(found.beats),
                "correlation_time": own if options.correlation_time is None else options.correlation_time}
+    if axes is not None:
+        cameras["axes"] = axes
     if options.offset_sd:
         cameras["offset_sd"] = unit * options.offset_sd
     if options.turn_sd:

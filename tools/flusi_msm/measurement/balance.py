@@ -26,7 +26,8 @@ class Balance:
     inertia: float = 0.0              # [kg/m] that was not subtracted, at the hinge
     delay: float = 0.0                # [s]
     lowpass: float = 0.0              # [Hz] cut-off of a filter of first order; 0: none
-    misalignment: float = 0.0         # [deg] the axes of the balance are turned from y toward z
+    turn: float = 0.0                 # [deg] the axes of the record are turned from y toward z, which the file states
+    misalignment: float = 0.0         # [deg] the axes of the balance are turned from y toward z, more than the file states
     cross_talk: tuple[float, ...] = (0.0, 0.0)  # share of Fz in Fy, and of Fy in Fz
     gain: float = 1.0
     offset: tuple[float, ...] = (0.0, 0.0, 0.0)  # [N/m, N/m, N] of Fy, Fz, Mx
@@ -90,7 +91,8 @@ def shown(exact: Mapping[str, np.ndarray], balance: Balance) -> dict[str, np.nda
     if balance.delay:
         rows = np.stack([np.interp(time - balance.delay, time, column, left=0.0) for column in rows.T], 1)
     rows = filtered(time, rows, balance.lowpass)
-    c, s = np.cos(np.radians(balance.misalignment)), np.sin(np.radians(balance.misalignment))
+    angle = np.radians(balance.turn + balance.misalignment)
+    c, s = np.cos(angle), np.sin(angle)
     fy, fz = c * rows[:, 0] + s * rows[:, 1], c * rows[:, 1] - s * rows[:, 0]
     mixed = fy + balance.cross_talk[0] * fz, fz + balance.cross_talk[1] * fy, rows[:, 2]
     out = {name: balance.gain * column + offset for name, column, offset in zip(("Fy", "Fz", "Mx"), mixed, balance.offset)}

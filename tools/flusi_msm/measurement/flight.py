@@ -279,10 +279,11 @@ def stated_time(noise: Scatter) -> float:
 def write_flight(path: str | Path, case: Case, record: Mapping[str, np.ndarray]) -> None:
     """Writes a measurement file, or adds the record to one that exists (docs/formats/measurement-format.md)."""
     from flusi_msm.measurement.flight_file import write_landmarks, write_record
-    names = check_names(case.components)
+    names, turn = check_names(case.components), np.radians(case.balance.turn)
+    axes = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(turn), np.sin(turn)], [0.0, -np.sin(turn), np.cos(turn)]])
     write_record(path, case.name, {"frequency": case.kinematics.frequency, "beats": case.beats, "reference": case.balance.reference,
                                    "components": ", ".join(names), "units": ", ".join(units_of(names, True)), "per_length": 1,
-                                   "correlation_time": stated_time(case.noise),
+                                   "correlation_time": stated_time(case.noise), **({"axes": axes} if turn else {}),
                                    **{f"{key}_sd": value for key, value in vars(case.stated).items() if value > 0}},
                  {"time": record["time"], "mean": record["mean"], case.state: record[case.state]})
     if case.cameras.points:

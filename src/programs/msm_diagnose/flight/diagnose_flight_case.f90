@@ -10,7 +10,7 @@ module diagnose_flight_case
   use base_text, only: number_text
   use diagnose_flight_landmarks, only: flight_marks_t
   use diagnose_flight_omitted, only: omission_fault, omitted_t, omitted_text, why_not_added, JUDGED
-  use diagnose_flight_refined, only: flown_beats, refined_text, three, why_unrefined
+  use diagnose_flight_refined, only: flown_beats, refined_error_over_change, refined_text, three, why_unrefined
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, N_PHASES
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN, FLOW_LEAD, &
@@ -40,6 +40,7 @@ module diagnose_flight_case
     integer :: beats = 1                      !< number of simulated beats
     type(settings_t) :: settings              !< of the given case
     type(omitted_t) :: omitted                !< what a user states of things that it leaves out
+    real(rp) :: wing_thickness = 0            !< [L] of the wings of the experiment; 0: not known
     type(flight_marks_t) :: marks             !< landmarks whose places are wanted
     type(kinematics_choices_t) :: kinematics
     type(body_motion_choices_t) :: body
@@ -186,7 +187,7 @@ contains
     request = flight_request_t()
     do k = 1, N_REFINEMENTS
       if (.not. wanted(k)) cycle
-      facts%unrefined(k) = why_unrefined(self%settings, k)
+      facts%unrefined(k) = why_unrefined(self%settings, k, self%wing_thickness)
       if (facts%unrefined(k) /= '') cycle
       request%refinement = k
       if (allocated(settings)) deallocate (settings)
@@ -197,6 +198,7 @@ contains
         facts%unrefined(k) = errors%text(1)
       else
         facts%cost(k) = cost_of(settings, flown_beats(self%beats, k))/cost_of(self%settings, self%beats)
+        facts%error_over_change(k) = refined_error_over_change(self%settings, k, self%wing_thickness)
       end if
     end do
   end subroutine case_judge
@@ -272,7 +274,7 @@ contains
              '[Time]'//NL//'Tmax = '//number_text(flown_beats(self%beats, request%refinement)*period*time)//NL
       if (s%fluid%time%has_nt) text = text//'nt = 1000000000'//NL
       text = text//'[Saving]'//NL//'tintegral = '//number_text(interval*time)//NL// &
-             self%marks%text(u%length/length)//refined_text(s, request%refinement, length, time)// &
+             self%marks%text(u%length/length)//refined_text(s, request%refinement, length, time, self%wing_thickness)// &
              omitted_text(s, self%omitted, c, length)
       if (abs(c(FLOW_VISCOSITY)) > 0) text = text//'[ReynoldsNumber]'//NL//'nu = '// &
         number_text(s%fluid%nu*exp(c(FLOW_VISCOSITY))*length**2/time)//NL

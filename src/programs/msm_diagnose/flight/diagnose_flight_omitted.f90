@@ -10,7 +10,7 @@ module diagnose_flight_omitted
   use simulation_settings, only: settings_t
   implicit none
   private
-  public :: omitted_t, omitted_text, omission_fault, why_not_added, JUDGED
+  public :: omitted_t, omitted_text, omission_fault, points_in_chord, why_not_added, JUDGED
 
   !> Changes that only the reader of the case can judge.
   integer, parameter :: JUDGED(4) = [FLOW_AREA, FLOW_BENDING, FLOW_WALL, FLOW_BODY]

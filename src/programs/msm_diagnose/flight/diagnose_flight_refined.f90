@@ -3,8 +3,10 @@
 module diagnose_flight_refined
   use base_kinds, only: rp
   use base_text, only: number_text
+  use diagnose_flight_omitted, only: points_in_chord
   use diagnosis_flight_refinements, only: FINER, NOT_REFINED, REFINE_BEATS, REFINE_BOX, REFINE_GRID, REFINE_PENALTY, &
-                                          REFINE_SPONGE, REFINE_STEP, REFINE_THICKNESS, THICKER, THINNER, TIGHTER, WIDER
+                                          REFINE_SPONGE, REFINE_STEP, REFINE_SURFACE, REFINE_THICKNESS, THICKER, &
+                                          thickness_error_over_change, THINNER, TIGHTER, USUAL_ERROR, WIDER
   use fluid_solid_keys, only: CHANNEL_NONE
   use fluid_sponge_keys, only: sponge_faces
   use fsi_body_motion, only: MOTION_TETHERED
@@ -13,17 +15,24 @@ module diagnose_flight_refined
   use simulation_settings, only: settings_t
   implicit none
   private
-  public :: flight_shift, flown_beats, refined_text, three, why_unrefined
+  public :: flight_shift, flown_beats, refined_error_over_change, refined_text, three, why_unrefined
 
   character(*), parameter :: NL = new_line('a')
   character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz'], LENGTHS(3) = ['xl', 'yl', 'zl'], CENTRES(3) = ['x0', 'y0', 'z0']
+  !> Thickness of wings in the mask, in points: the least with which chi reaches 1 and falls over a point to each side, and that
+  !> with which little of the flow leaks through.
+  real(rp), parameter :: LEAST_CELLS = 2, USUAL_CELLS = 4
+  real(rp), parameter :: MOST_OF_CHORD = 0.5_rp !< thickness of a wing whose forces are about linear in it
+  real(rp), parameter :: SAME = 1.0e-6_rp   !< relative
 
 contains
 
-  !> Returns why this numerical error of the case cannot be made smaller, as far as its settings tell; empty if it can.
-  pure function why_unrefined(s, refinement) result(why)
+  !> Returns why this numerical error of the case cannot be made smaller, as far as its settings tell; empty if it can. The wings
+  !> of the experiment are `of_wing` [L] thick; 0: not known.
+  pure function why_unrefined(s, refinement, of_wing) result(why)
     type(settings_t), intent(in) :: s
     integer, intent(in) :: refinement
+    real(rp), intent(in) :: of_wing
     character(:), allocatable :: why
     why = ''
     select case (refinement)
@@ -39,6 +48,8 @@ contains
         why = 'a sponge twice as thick would fill the box'
       end if
     end select
+    if (any(refinement == [REFINE_THICKNESS, REFINE_SURFACE]) .and. why == '' .and. of_wing > 0 .and. &
+        abs(2*s%flight%half_thickness - of_wing) <= SAME*of_wing) why = 'its wings have the thickness of those of the experiment'
   end function why_unrefined
 
   !> Tells whether a thicker sponge would reach across the box along any axis on which it lies.
@@ -59,11 +70,42 @@ contains
     if (refinement == REFINE_BEATS) flown_beats = beats + 1
   end function flown_beats
 
-  !> Returns sections with the keys of a refinement. `length` and `time` are one L and one T in the units of the file.
-  function refined_text(s, refinement, length, time) result(text)
+  !> Returns the error of the case over the change that a refinement makes. For the thickness of the wings and their representation
+  !> it follows from the thickness `of_wing` [L] of those of the experiment. If this is not known (0), it counts as 0 where the
+  !> wings of the case have a thickness, and else as that in the further flight.
+  pure real(rp) function refined_error_over_change(s, refinement, of_wing) result(ratio)
     type(settings_t), intent(in) :: s
     integer, intent(in) :: refinement
-    real(rp), intent(in) :: length, time
+    real(rp), intent(in) :: of_wing
+    ratio = USUAL_ERROR(refinement)
+    if (.not. of_wing > 0) return
+    associate (of_case => 2*s%flight%half_thickness)
+      if (refinement == REFINE_THICKNESS) ratio = thickness_error_over_change(of_case, THINNER*of_case, of_wing)
+      if (refinement == REFINE_SURFACE) ratio = thickness_error_over_change(of_case, other_thickness(s, of_wing), of_wing)
+    end associate
+  end function refined_error_over_change
+
+  !> Returns the thickness [L] of wings in the other representation: 0 if those of the case are in the mask, and else that of the
+  !> wings of the experiment, `of_wing`, but at least four points. If that is more than half a mean chord, beyond which forces are
+  !> not linear in the thickness (docs/results/flight-study.md), it is at least two points: a mask that leaks errs less than a
+  !> change that is scaled. If the thickness is not known it is four points.
+  pure real(rp) function other_thickness(s, of_wing) result(thickness)
+    type(settings_t), intent(in) :: s
+    real(rp), intent(in) :: of_wing
+    real(rp) :: cells
+    thickness = 0
+    if (.not. s%flight%thin%is_thin) return
+    cells = USUAL_CELLS
+    if (of_wing > 0 .and. USUAL_CELLS > (1 + SAME)*MOST_OF_CHORD*points_in_chord(s)) cells = LEAST_CELLS
+    thickness = max(of_wing, cells*s%fluid%grid%max_spacing())
+  end function other_thickness
+
+  !> Returns sections with the keys of a refinement. `length` and `time` are one L and one T in the units of the file. The wings of
+  !> the experiment are `of_wing` [L] thick; 0: not known.
+  function refined_text(s, refinement, length, time, of_wing) result(text)
+    type(settings_t), intent(in) :: s
+    integer, intent(in) :: refinement
+    real(rp), intent(in) :: length, time, of_wing
     character(:), allocatable :: text
     text = ''
     select case (refinement)
@@ -77,7 +119,9 @@ contains
       if (s%fluid%time%dt_fixed > s%fluid%time%cfl_eta*TIGHTER*s%fluid%solids%c_eta) &
         text = text//'[Time]'//NL//line('dt_fixed', TIGHTER*s%fluid%time%dt_fixed*time)
     case (REFINE_THICKNESS)
-      text = thinner_wings(s, length)
+      text = thickness_text(s, THINNER*2*s%flight%half_thickness, length)
+    case (REFINE_SURFACE)
+      text = other_wings(s, other_thickness(s, of_wing), length, time)
     case (REFINE_BOX)
       text = larger_box(s, length)
     case (REFINE_SPONGE)
@@ -117,18 +161,33 @@ contains
     end associate
   end function shorter_step
 
-  !> Returns the keys of thinner wings, in the form in which the case gives their thickness.
-  function thinner_wings(s, length) result(text)
+  !> Returns the keys of the other representation of the wings: a surface, or a sheet of this thickness [L] in the mask. Prescribed
+  !> steps are as short as the permeability of the case demands.
+  function other_wings(s, thickness, length, time) result(text)
     type(settings_t), intent(in) :: s
-    real(rp), intent(in) :: length
+    real(rp), intent(in) :: thickness, length, time
+    character(:), allocatable :: text
+    if (.not. s%flight%thin%is_thin) then
+      text = '[Insects]'//NL//'surface = thin'//NL
+      return
+    end if
+    text = '[Insects]'//NL//'surface = penalized'//NL//thickness_text(s, thickness, length)
+    associate (longest => s%fluid%time%cfl_eta*s%fluid%solids%c_eta)
+      if (s%fluid%time%dt_fixed > longest) text = text//'[Time]'//NL//line('dt_fixed', longest*time)
+    end associate
+  end function other_wings
+
+  !> Returns the keys of wings of this thickness [L] in the mask, in the form in which the case gives it.
+  function thickness_text(s, thickness, length) result(text)
+    type(settings_t), intent(in) :: s
+    real(rp), intent(in) :: thickness, length
     character(:), allocatable :: text
     type(mask_choices_t) :: mask
     mask = mask_choices(s%config)
     text = ''
-    if (mask%has_half) text = '[Flexible_wing]'//NL//line('t_wing', THINNER*s%flight%half_thickness*length)
-    if (mask%has_thickness .or. .not. mask%has_half) &
-      text = text//'[Insects]'//NL//line('WingThickness', 2*THINNER*s%flight%half_thickness*length)
-  end function thinner_wings
+    if (mask%has_half) text = '[Flexible_wing]'//NL//line('t_wing', thickness/2*length)
+    if (mask%has_thickness .or. .not. mask%has_half) text = text//'[Insects]'//NL//line('WingThickness', thickness*length)
+  end function thickness_text
 
   !> Returns the keys of a box that is about 1.5 times as large in each direction, with the same distance of points. The wings stay
   !> where they are: a periodic box has no middle, and walls are where they were. Only if a sponge or a cavity has its place at the

@@ -46,7 +46,8 @@ contains
     type(flusi_runner_t), intent(inout) :: runner
     type(flight_cases_t), intent(inout) :: data
     type(message_list_t), intent(inout) :: errors, notices
-    logical :: is_named(N_REFINEMENTS), refined(N_REFINEMENTS), has_records
+    logical :: is_named(N_REFINEMENTS), has_records
+    character(:), allocatable :: unknown
     real(rp) :: prior_sd(N_CHANGES)
     integer :: k
     has_records = measurement%count_flights() > 0
@@ -62,7 +63,7 @@ contains
     end if
     if (size(data%cases) == 0) return
     call check_effects(config, c%effects, errors)
-    call take_refinements(config, c%refine, refined, is_named, errors)
+    call check_refinements(config, c%refine, errors)
     allocate (runner%cases(size(data%cases)))
     runner%folder = c%folder
     runner%ranks = c%ranks
@@ -78,7 +79,8 @@ contains
     prior_sd = 0
     call take_kinematic_errors(measurement, prior_sd, errors)
     do k = 1, size(data%cases)
-      data%cases(k)%refined = refined
+      call read_refinements(c%refine, c%wing_thickness > 0 .and. runner%cases(k)%settings%flight%thin%is_thin, &
+                            data%cases(k)%refined, is_named, unknown)
       data%cases(k)%model_sd = c%model_sd
       data%cases(k)%response%n_harmonics = c%harmonics
       data%cases(k)%facts%prior_sd = prior_sd
@@ -171,21 +173,21 @@ contains
       omitted%wall_axis = merge(3, 2, c%wall_side == WALL_BELOW)
       omitted%body_length = c%body_length/length
       omitted%body_radius = c%body_radius/length
+      case%wing_thickness = c%wing_thickness/length
     end associate
     call case%tell(facts)
   end subroutine load_case
 
-  !> Reads which numerical errors a flight of its own makes smaller, and which of them the user names. Adds a mistake for a word
-  !> that is not a refinement.
-  subroutine take_refinements(config, words, wanted, is_named, errors)
+  !> Adds a mistake for a word that is not a refinement.
+  subroutine check_refinements(config, words, errors)
     type(config_t), intent(in) :: config
     character(*), intent(in) :: words
-    logical, intent(out) :: wanted(N_REFINEMENTS), is_named(N_REFINEMENTS)
     type(message_list_t), intent(inout) :: errors
+    logical :: wanted(N_REFINEMENTS), is_named(N_REFINEMENTS)
     type(suggestion_t) :: suggestion
     character(:), allocatable :: unknown, valid
     integer :: k
-    call read_refinements(words, wanted, is_named, unknown)
+    call read_refinements(words, .false., wanted, is_named, unknown)
     if (unknown == '') return
     valid = 'yes, all, no'
     call suggestion%start(unknown)
@@ -195,7 +197,7 @@ contains
     end do
     call config%complain(errors, 'Flight', 'refine', 'there is no refinement '//quoted(unknown)//suggestion%hint()//'; valid: '// &
                          valid)
-  end subroutine take_refinements
+  end subroutine check_refinements
 
   !> Leaves out the refinements that the case does not permit. Adds a mistake for one that the user names, and a remark for one
   !> that changes forces much.
