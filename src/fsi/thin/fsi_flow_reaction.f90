@@ -100,7 +100,7 @@ contains
     do c = 1, 3
       self%velocity = 0
       self%velocity(c, :) = 1
-      call self%response%solve(self%velocity, self%work)
+      call self%response%solve_roughly(self%velocity, self%work)
       self%moved = 0
       call self%markers%spread(self%work, self%moved)
       self%blocks(:, c, :) = self%moved

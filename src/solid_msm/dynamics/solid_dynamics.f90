@@ -11,6 +11,7 @@ module solid_dynamics
   use base_errors, only: require
   use base_kinds, only: rp
   use base_text, only: number_text
+  use solid_dynamic_scale, only: hinge_forces, momentum_norm
   use solid_dynamic_solve, only: dynamic_solver_t
   use solid_dynamic_state, only: copy_state, dynamic_state_t, step_ratio
   use solid_extension, only: extension_axial
@@ -61,6 +62,7 @@ module solid_dynamics
     type(frame_t) :: frame           !< at its end
     real(rp) :: q = 0                !< [1/s]
     real(rp), dimension(:, :), allocatable :: bu, bv, bg, bf, bj, u, v, rate, r, f, total
+    real(rp), allocatable :: load(:, :) !< (3, n_all) [N] of the reaction
   contains
     procedure :: init => dynamics_init
     procedure :: free => dynamics_free
@@ -79,7 +81,7 @@ contains
     call self%solver%init(model)
     call self%saved%init(model, 0.0_rp)
     allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%bf(3, n), self%bj(3, n), self%total(3, n), self%u(3, n), &
-              self%v(3, n), self%rate(3, n), self%r(3, n), self%f(3, n), source=0.0_rp)
+              self%v(3, n), self%rate(3, n), self%r(3, n), self%f(3, n), self%load(3, n), source=0.0_rp)
   end subroutine dynamics_init
 
   !> Releases everything.
@@ -87,7 +89,7 @@ contains
     class(dynamics_t), intent(inout) :: self
     call self%solver%free()
     if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%bf, self%bj, self%total, self%u, self%v, self%rate, &
-                                        self%r, self%f)
+                                        self%r, self%f, self%load)
   end subroutine dynamics_free
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], which are constant over the step, with the frame
@@ -213,7 +215,8 @@ contains
     call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%equilibrium%axial)
   end subroutine begin_piece
 
-  !> Does Newton's method for the present part of the step, from self%u.
+  !> Does Newton's method for the present part of the step, from self%u. An iteration changes the load of a reaction by what its
+  !> tangent says, which is exact but for the rounding of the tangent; the last iteration computes the load itself.
   subroutine solve_piece(self, model, inertia, force, options, report, converged, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -227,6 +230,7 @@ contains
     integer :: iteration, n_newton
     real(rp), parameter :: ROUGH = 0.5_rp, NEAR = 0.01_rp
     logical :: was_iterated, is_warm, is_solved, is_rough, is_second
+    logical :: is_predicted, may_predict ! the load of the reaction
     floor = 4*epsilon(scale)*model%params%k_vein*sqrt(real(model%n_free, rp))
     noise = 8*epsilon(scale)*hinge_forces(model)
     report%residuals = 0
@@ -235,15 +239,28 @@ contains
     n_newton = 0
     newton_sizes = 0
     was_iterated = .false.
+    is_predicted = .false.
+    may_predict = present(reaction)
     is_warm = self%has_factors
     do iteration = 0, 4*options%iterations
       last_size = size_r
-      call find_residual(self, model, inertia, force, size_r, scale, reaction)
+      if (present(reaction) .and. .not. is_predicted) call find_load(self, model, reaction)
+      call find_residual(self, model, inertia, force, size_r, scale, present(reaction))
       report%residuals(min(iteration, HISTORY)) = size_r
       converged = .false.
       if (.not. size_r <= huge(size_r)) exit
       small = max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
       converged = size_r <= small .and. iteration > 0
+      if (converged .and. is_predicted) then
+        self%r = self%r + self%load
+        call find_load(self, model, reaction)
+        self%r = self%r - self%load
+        size_r = norm2(self%r)
+        report%residuals(min(iteration, HISTORY)) = size_r
+        converged = size_r <= small
+        may_predict = .false.
+        is_predicted = .false.
+      end if
       if (converged) exit
       ! Where no force balances the residual, an older tangent leads astray. Near it the second one
       ! saves up to three iterations.
@@ -262,6 +279,8 @@ contains
       if (present(reaction)) then
         call self%solver%solve_reaction(model, self%r, linear_tolerance(size_r, small), reaction, is_solved)
         if (.not. is_solved) exit
+        is_predicted = may_predict
+        if (is_predicted) self%load = self%load - self%solver%answer
       else if (.not. was_iterated) then
         call self%solver%solve(model, inertia, self%r)
       end if
@@ -272,15 +291,25 @@ contains
     if (converged .and. scale > 0) report%residual = size_r/scale
   end subroutine solve_piece
 
+  !> Computes the load of the reaction at displacements self%u.
+  subroutine find_load(self, model, reaction)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    class(reaction_t), intent(inout) :: reaction
+    self%v = self%q*(self%u - self%bu)
+    call reaction%force(self%frame, self%u, self%v, self%load)
+    call model%zero_clamped(self%load)
+  end subroutine find_load
+
   !> Computes the residual self%r at displacements self%u, with rates and forces there, its size [N], and that of the largest
-  !> force.
-  subroutine find_residual(self, model, inertia, force, size_r, scale, reaction)
+  !> force; with self%load if it `has_load`.
+  subroutine find_residual(self, model, inertia, force, size_r, scale, has_load)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     real(rp), intent(in) :: force(:, :)
     real(rp), intent(out) :: size_r, scale
-    class(reaction_t), intent(inout), optional :: reaction
+    logical, intent(in) :: has_load
     associate (q => self%q, g => self%solver%equilibrium%g)
       self%v = q*(self%u - self%bu)
       self%solver%v = self%v
@@ -293,15 +322,11 @@ contains
         call inertia%joint_forces(self%u, self%f)
         self%r = self%r + (q*inertia%joint_friction)*(self%f - self%bj)
       end if
-      if (present(reaction)) then
-        call reaction%force(self%frame, self%u, self%v, self%f)
-        call model%zero_clamped(self%f)
-        self%r = self%r - self%f
-      end if
+      if (has_load) self%r = self%r - self%load
       call model%zero_clamped(self%r)
       call model%zero_clamped(g)
       scale = max(norm2(self%r), norm2(g), norm2(force))
-      if (present(reaction)) scale = max(scale, norm2(self%f))
+      if (has_load) scale = max(scale, norm2(self%load))
       call add_inertia_forces(inertia, model, self%frame, self%u, self%v, self%rate, self%r)
       size_r = norm2(self%r)
       scale = max(scale, q*momentum_norm(inertia, self%bv))
@@ -347,19 +372,6 @@ contains
     state%time = state%time + h
   end subroutine end_piece
 
-  !> Returns the 2-norm of the forces [N] if all hinges turn by 1 rad: multiplied by the rounding error of directions, it is the
-  !> smallest residual that a wing without motion can reach.
-  pure real(rp) function hinge_forces(model) result(norm)
-    type(solid_model_t), intent(in) :: model
-    integer :: h
-    norm = 0
-    do h = 1, size(model%plans)
-      norm = norm + (model%stiffness%hinge(h)/ &
-                     minval(model%plans(h)%lengths, mask=model%plans(h)%lengths > 0))**2
-    end do
-    norm = sqrt(norm)
-  end function hinge_forces
-
   !> Returns the share of the residual to which the equations of an iteration are solved. It is large, because Newton's method
   !> corrects the rest; near the end of the step it is the share that ends the step.
   pure real(rp) function linear_tolerance(size_r, small)
@@ -368,18 +380,6 @@ contains
     linear_tolerance = min(0.5_rp*small/size_r, COARSEST)
     if (linear_tolerance < FINEST) linear_tolerance = USUAL
   end function linear_tolerance
-
-  !> Returns the 2-norm of mass times velocity.
-  pure real(rp) function momentum_norm(inertia, v) result(norm)
-    type(inertia_t), intent(in) :: inertia
-    real(rp), intent(in) :: v(:, :)
-    integer :: i
-    norm = 0
-    do i = 1, size(v, 2)
-      norm = norm + inertia%mass(i)**2*(v(1, i)**2 + v(2, i)**2 + v(3, i)**2)
-    end do
-    norm = sqrt(norm)
-  end function momentum_norm
 
   !> Tells whether the present factors are unsuitable for the next iteration. The first two iterations after a factorisation at
   !> the extrapolated shape undo the stretching of its springs, for which the factors are good enough. Later ones should converge

@@ -15,7 +15,7 @@ program test_rough_factor
   logical :: ok
   integer :: i, j
 
-  call t%start()
+  call t%start(parallel=.false.)
   do j = 1, N
     do i = 1, N
       a(i, j) = merge(2.5_rp, 0.75_rp*0.5_rp**abs(i - j), i == j)

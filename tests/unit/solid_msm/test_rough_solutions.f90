@@ -15,7 +15,7 @@ program test_rough_solutions
   real(rp) :: values(3*N), b(N), exact(N), x(N)
   logical :: is_spd
 
-  call t%start()
+  call t%start(parallel=.false.)
   b = [(sin(7.0_rp*i), i=1, N)]
   call make_grid(1.0_rp)
   call cholesky%init(colptr, rowind(:colptr(N + 1)), CHOLESKY_SUPERNODAL)
