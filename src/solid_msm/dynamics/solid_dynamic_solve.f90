@@ -3,9 +3,9 @@
 !>
 !> The Jacobian is S + N + q C. S is sparse and symmetric (mixed-stress tangent, inertia, damping), and N is skew (gyroscopic). C
 !> >= 0 is the dense response of a reaction, if there is one, to velocities, which are q times the displacements, and in space what
-!> the frame turns them by. Without a reaction S is factorised, and N is treated by the iteration of Concus, Golub & Widlund (1976), which converges for any
-!> symmetric positive definite plus skew matrix. With a reaction, S + q D is factorised, where the blocks D approximate C, and
-!> GMRES does the rest, also for later S with the same factors.
+!> the frame turns them by. Without a reaction S is factorised, and N is treated by the iteration of Concus, Golub & Widlund (1976),
+!> which converges for any symmetric positive definite plus skew matrix. With a reaction, S + q D is factorised, where the blocks D
+!> approximate C, and GMRES does the rest, also for later S with the same factors.
 module solid_dynamic_solve
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t

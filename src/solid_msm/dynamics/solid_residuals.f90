@@ -106,7 +106,7 @@ contains
         end if
         last = left
         call equilibrium%cholesky%solve_roughly(z(:, :, k))
-        call multiply(self, model, equilibrium%blocks, turns, reaction, q, z(:, :, k), self%image, self%answers(:, :, k))
+        call multiply(self, model, equilibrium%blocks, turns, reaction, q, k)
         n_iterations = n_iterations + 1
         size_image = sqrt(inner(self%image, self%image))
         do i = 1, k - 1
@@ -127,24 +127,26 @@ contains
     end associate
   end subroutine residuals_solve
 
-  !> Computes y = A x, and its part `answer` that the reaction has.
-  subroutine multiply(self, model, blocks, turns, reaction, q, x, y, answer)
+  !> Computes `image` = A z for direction number k, and its part `answers` that the reaction has.
+  subroutine multiply(self, model, blocks, turns, reaction, q, k)
     type(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: blocks(:, :, :), turns(:, :), q, x(:, :)
+    real(rp), intent(in) :: blocks(:, :, :), turns(:, :), q
     class(reaction_t), intent(inout) :: reaction
-    real(rp), intent(inout) :: y(:, :), answer(:, :)
+    integer, intent(in) :: k
     integer :: i
-    do i = 1, model%n_free
-      self%all_x(:, model%movable(i)) = x(:, i) + cross(self%turning, x(:, i))
-    end do
-    self%all_y = 0
-    call reaction%tangent(self%all_x, self%all_y)
-    do i = 1, model%n_free
-      answer(:, i) = q*self%all_y(:, model%movable(i))
-      y(:, i) = answer(:, i) + cross(turns(:, i), x(:, i))
-    end do
-    call model%pattern%multiply(blocks, 1.0_rp, x, y)
+    associate (z => self%directions(:, :, k), y => self%image, answer => self%answers(:, :, k))
+      do i = 1, model%n_free
+        self%all_x(:, model%movable(i)) = z(:, i) + cross(self%turning, z(:, i))
+      end do
+      self%all_y = 0
+      call reaction%tangent(self%all_x, self%all_y)
+      do i = 1, model%n_free
+        answer(:, i) = q*self%all_y(:, model%movable(i))
+        y(:, i) = answer(:, i) + cross(turns(:, i), z(:, i))
+      end do
+      call model%pattern%multiply(blocks, 1.0_rp, z, y)
+    end associate
   end subroutine multiply
 
   !> Removes from `r` its part along the unit vector `e`.
