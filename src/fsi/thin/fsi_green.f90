@@ -126,24 +126,22 @@ contains
   pure function green_at(self, r) result(g)
     class(green_t), intent(in) :: self
     real(rp), intent(in) :: r(3)
-    real(rp) :: g(3, 3), f(3), distance, t, w(4)
-    integer :: i, j, k
-    distance = norm2(r)
-    if (self%is_2d) distance = norm2(r(2:3))
-    t = min(self%radius*distance/PHASE_STEP, ubound(self%table, 2) - 2.0_rp)
+    real(rp) :: g(3, 3), f(3), square, t, w(4)
+    integer :: i, k
+    square = r(2)**2 + r(3)**2
+    if (.not. self%is_2d) square = square + r(1)**2
+    t = min(self%radius*sqrt(square)/PHASE_STEP, ubound(self%table, 2) - 2.0_rp)
     i = max(1, int(t))
     t = t - i
     w = [-t*(t - 1)*(t - 2)/6, (t + 1)*(t - 1)*(t - 2)/2, -(t + 1)*t*(t - 2)/2, (t + 1)*t*(t - 1)/6]
-    f = matmul(self%table(:, i - 1:i + 2), w)
-    g = 0
+    f = self%table(:, i - 1)*w(1) + self%table(:, i)*w(2) + self%table(:, i + 1)*w(3) + self%table(:, i + 2)*w(4)
+    if (square > 0) f(2) = f(2)/square
     do k = 1, 3
-      g(k, k) = f(1)
-      if (self%is_2d .and. k == 1) g(k, k) = f(3)
-      if (.not. distance > 0) cycle
-      do j = 1, 3
-        if (self%is_2d .and. min(j, k) == 1) cycle
-        g(j, k) = g(j, k) + f(2)*(r(j)/distance)*(r(k)/distance)
-      end do
+      g(:, k) = (f(2)*r(k))*r
+      g(k, k) = g(k, k) + f(1)
     end do
+    if (.not. self%is_2d) return
+    g(:, 1) = [f(3), 0.0_rp, 0.0_rp]
+    g(1, :) = g(:, 1)
   end function green_at
 end module fsi_green

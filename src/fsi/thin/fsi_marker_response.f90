@@ -13,6 +13,7 @@
 module fsi_marker_response
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_factorised
+  use base_rough_factor, only: rough_factor_t
   use fsi_green, only: green_t
   use parallel_inverse, only: shared_inverse_t
   use parallel_world, only: world_t
@@ -25,6 +26,7 @@ module fsi_marker_response
   type :: marker_response_t
     real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle, if M is not shared
     type(shared_inverse_t), allocatable, private :: inverse !< if M is shared
+    type(rough_factor_t), allocatable, private :: rough !< the same in single precision, if it was asked for
     real(rp), allocatable, private :: work(:)      !< (3n)
     integer, private :: axes(3) = [1, 2, 3]        !< of the wing frame, in the order of the tensor's
     real(rp), private :: rotation(3, 3) = 0        !< R, if the markers have turned
@@ -33,7 +35,9 @@ module fsi_marker_response
     procedure :: init => response_init
     procedure :: build => response_build
     procedure :: turn => response_turn
+    procedure :: prepare_roughly => response_prepare_roughly
     procedure :: solve => response_solve
+    procedure :: solve_roughly => response_solve_roughly
     procedure :: serve => response_serve
     procedure :: release => response_release
     procedure :: memory_bytes => response_memory_bytes
@@ -52,6 +56,7 @@ contains
     if (is_2d) self%axes = [2, 1, 3]
     if (allocated(self%factor)) deallocate (self%factor)
     if (allocated(self%inverse)) deallocate (self%inverse)
+    if (allocated(self%rough)) deallocate (self%rough)
     if (allocated(self%work)) deallocate (self%work)
     allocate (self%work(3*n), source=0.0_rp)
     if (present(group)) then
@@ -71,7 +76,7 @@ contains
     real(rp), intent(in) :: x(:, :)
     logical, intent(out) :: has_factor
     real(rp), parameter :: REGULARISATION = 1.0e-8_rp
-    real(rp) :: own(3, 3)
+    real(rp) :: own(3, 3), at(3)
     integer :: i, j, k
     self%has_turned = .false.
     own = green%at([0.0_rp, 0.0_rp, 0.0_rp])
@@ -90,8 +95,12 @@ contains
       return
     end if
     do j = 1, size(x, 2)
+      self%work(3*j - 2:3*j) = x(self%axes, j)
+    end do
+    do j = 1, size(x, 2)
+      at = self%work(3*j - 2:3*j)
       do i = j + 1, size(x, 2)
-        self%factor(3*i - 2:3*i, 3*j - 2:3*j) = green%at(x(self%axes, i) - x(self%axes, j))
+        self%factor(3*i - 2:3*i, 3*j - 2:3*j) = green%at(self%work(3*i - 2:3*i) - at)
       end do
       self%factor(3*j - 2:3*j, 3*j - 2:3*j) = own
     end do
@@ -112,24 +121,66 @@ contains
     class(marker_response_t), intent(inout) :: self
     real(rp), intent(in) :: v(:, :)
     real(rp), intent(inout) :: f(:, :)
-    real(rp) :: w(3)
-    integer :: i
-    do i = 1, size(v, 2)
-      w = v(:, i)
-      if (self%has_turned) w = matmul(w, self%rotation)
-      self%work(3*i - 2:3*i) = w(self%axes)
-    end do
+    call put_velocities(self, v)
     if (allocated(self%inverse)) then
       call self%inverse%multiply(self%work)
     else
       call solve_factorised(self%factor, self%work)
     end if
+    call get_forces(self, f)
+  end subroutine response_solve
+
+  !> Prepares `solve_roughly` after `build`. The first call allocates.
+  subroutine response_prepare_roughly(self)
+    class(marker_response_t), intent(inout) :: self
+    if (.not. allocated(self%factor)) return
+    if (.not. allocated(self%rough)) then
+      allocate (self%rough)
+      call self%rough%init(size(self%factor, 1))
+    end if
+    call self%rough%take(self%factor)
+  end subroutine response_prepare_roughly
+
+  !> Does what `solve` does, for iterations that correct an error of about 1e-5 of f. It takes less time if M is not shared.
+  subroutine response_solve_roughly(self, v, f)
+    class(marker_response_t), intent(inout) :: self
+    real(rp), intent(in) :: v(:, :)
+    real(rp), intent(inout) :: f(:, :)
+    if (.not. allocated(self%rough)) then
+      call self%solve(v, f)
+      return
+    end if
+    call put_velocities(self, v)
+    call self%rough%solve(self%work)
+    call get_forces(self, f)
+  end subroutine response_solve_roughly
+
+  !> Sets `work` to the velocities v(3, n), along the axes of the tensor when M was made.
+  pure subroutine put_velocities(self, v)
+    type(marker_response_t), intent(inout) :: self
+    real(rp), intent(in) :: v(:, :)
+    real(rp) :: w(3)
+    integer :: i
     do i = 1, size(v, 2)
+      w = v(:, i)
+      if (self%has_turned) w = [dot_product(self%rotation(:, 1), v(:, i)), dot_product(self%rotation(:, 2), v(:, i)), &
+                                dot_product(self%rotation(:, 3), v(:, i))]
+      self%work(3*i - 2:3*i) = w(self%axes)
+    end do
+  end subroutine put_velocities
+
+  !> Returns the forces f(3, n) of `work`.
+  pure subroutine get_forces(self, f)
+    type(marker_response_t), intent(in) :: self
+    real(rp), intent(inout) :: f(:, :)
+    real(rp) :: w(3)
+    integer :: i
+    do i = 1, size(f, 2)
       w(self%axes) = self%work(3*i - 2:3*i)
-      if (self%has_turned) w = matmul(self%rotation, w)
+      if (self%has_turned) w = self%rotation(:, 1)*w(1) + self%rotation(:, 2)*w(2) + self%rotation(:, 3)*w(3)
       f(:, i) = w
     end do
-  end subroutine response_solve
+  end subroutine get_forces
 
   !> Takes part in the solutions of the first rank of the group, until it releases. On its other ranks; nothing is to be done
   !> if the response is not shared.
@@ -149,6 +200,7 @@ contains
     class(marker_response_t), intent(in) :: self
     bytes = 0
     if (allocated(self%factor)) bytes = 8*real(size(self%factor), rp)
+    if (allocated(self%rough)) bytes = bytes + self%rough%memory_bytes()
     if (allocated(self%inverse)) bytes = self%inverse%memory_bytes()
   end function response_memory_bytes
 end module fsi_marker_response

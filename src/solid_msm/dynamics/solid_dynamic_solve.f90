@@ -2,10 +2,10 @@
 !> Solves the linear equations of Newton's method in a time step of a wing.
 !>
 !> The Jacobian is S + N + q C. S is sparse and symmetric (mixed-stress tangent, inertia, damping), and N is skew (gyroscopic). C
-!> >= 0 is the dense response of a reaction, if there is one, to velocities, which are q times the displacements. Without a
-!> reaction S is factorised, and N is treated by the iteration of Concus, Golub & Widlund (1976), which converges for any
-!> symmetric positive definite plus skew matrix. With a reaction, S + q D is factorised, where the blocks D approximate C, and
-!> GMRES does the rest, also for later S with the same factors.
+!> >= 0 is the dense response of a reaction, if there is one, to velocities, which are q times the displacements, and in space what
+!> the frame turns them by. Without a reaction S is factorised, and N is treated by the iteration of Concus, Golub & Widlund (1976),
+!> which converges for any symmetric positive definite plus skew matrix. With a reaction, S + q D is factorised, where the blocks D
+!> approximate C, and GMRES does the rest, also for later S with the same factors.
 module solid_dynamic_solve
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
@@ -26,6 +26,7 @@ module solid_dynamic_solve
     type(equilibrium_t) :: equilibrium
     real(rp), allocatable :: x(:, :)
     real(rp), allocatable :: v(:, :)     !< (3, n_all) [m/s] velocities at which drag is linear
+    real(rp), allocatable :: answer(:, :) !< (3, n_all) [N] minus the change of the load of the reaction by `x`
     integer :: n_factorisations = 0
     integer :: n_inner = 0               !< iterations of equations with a reaction
     logical :: is_slow = .false.         !< the last solution with a reaction took so long that new factors pay
@@ -60,8 +61,8 @@ contains
     call self%equilibrium%init(model)
     call self%krylov%init(m)
     call self%residuals%init(model)
-    allocate (self%x(3, n), self%v(3, n), self%r(3, n), self%rate(3, n), self%mixed(3, n), self%old_x(3, n), self%old_r(3, n), &
-              self%turns(3, m), self%free_x(3, m), source=0.0_rp)
+    allocate (self%x(3, n), self%v(3, n), self%answer(3, n), self%r(3, n), self%rate(3, n), self%mixed(3, n), self%old_x(3, n), &
+              self%old_r(3, n), self%turns(3, m), self%free_x(3, m), source=0.0_rp)
     allocate (self%diagonal(3, 3, n), self%kept(3, 3, m), source=0.0_rp)
     allocate (self%joint_blocks(3, 3, merge(size(model%pattern%rows), 0, any(model%plans%joint > 0))), source=0.0_rp)
   end subroutine solver_init
@@ -72,8 +73,8 @@ contains
     call self%equilibrium%free()
     call self%krylov%free()
     call self%residuals%free()
-    if (allocated(self%x)) deallocate (self%x, self%v, self%r, self%rate, self%mixed, self%old_x, self%old_r, self%turns, &
-                                       self%free_x, self%diagonal, self%kept, self%joint_blocks)
+    if (allocated(self%x)) deallocate (self%x, self%v, self%answer, self%r, self%rate, self%mixed, self%old_x, self%old_r, &
+                                       self%turns, self%free_x, self%diagonal, self%kept, self%joint_blocks)
   end subroutine solver_free
 
   !> Begins the equations of a step or substep. They hold in the frame `frame`, and the rate of any quantity is q [1/s] times its
@@ -90,7 +91,7 @@ contains
     do i = 1, model%n_free
       self%turns(:, i) = gyroscopic_turn(inertia, frame, q, model%movable(i))
     end do
-    call self%residuals%forget()
+    call self%residuals%forget(frame%omega/q)
   end subroutine solver_start
 
   !> Assembles S at displacements u(3, n_all) [m]. With `semidefinite` every element contributes its positive semidefinite part
@@ -174,7 +175,7 @@ contains
 
   !> Solves (S + N + q C) x = -r with the assembled S by iterations with the present factors, until the residual is `enough` times
   !> r(3, n_all) [N]. If `is_solved`, it has fallen to 0.3 of r or below, and `x` is the solution; otherwise `x` keeps its value.
-  !> Adds the iterations to `n_inner`, and sets `is_slow`.
+  !> Adds the iterations to `n_inner`, and sets `is_slow` and `answer`.
   subroutine solver_solve_reaction(self, model, r, enough, reaction, is_solved)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -184,13 +185,16 @@ contains
     integer, parameter :: MANY = 60, FEW = 20 ! few if new factors would help
     integer, parameter :: WORTH = 6           ! a factorisation costs as much as eight iterations
     real(rp) :: left
-    integer :: n_iterations
+    integer :: n_iterations, i
     call put_right_hand_side(self, model, r)
     call self%residuals%solve(model, self%equilibrium, self%turns, reaction, self%q, enough, merge(MANY, FEW, self%is_own), &
                               self%free_x, left, n_iterations)
     self%n_inner = self%n_inner + n_iterations
     self%is_slow = n_iterations > WORTH .and. .not. self%is_own
     call finish(self, model, left, is_solved)
+    do i = 1, model%n_free
+      self%answer(:, model%movable(i)) = self%residuals%answer(:, i)
+    end do
   end subroutine solver_solve_reaction
 
   !> Returns -r of the free points.

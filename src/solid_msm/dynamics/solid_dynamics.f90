@@ -11,6 +11,7 @@ module solid_dynamics
   use base_errors, only: require
   use base_kinds, only: rp
   use base_text, only: number_text
+  use solid_dynamic_scale, only: linear_tolerance, momentum_norm, rounding_forces
   use solid_dynamic_solve, only: dynamic_solver_t
   use solid_dynamic_state, only: copy_state, dynamic_state_t, step_ratio
   use solid_extension, only: extension_axial
@@ -61,6 +62,8 @@ module solid_dynamics
     type(frame_t) :: frame           !< at its end
     real(rp) :: q = 0                !< [1/s]
     real(rp), dimension(:, :), allocatable :: bu, bv, bg, bf, bj, u, v, rate, r, f, total
+    real(rp), allocatable :: load(:, :) !< (3, n_all) [N] of the reaction
+    logical :: is_predicted = .false., may_predict = .true. !< the load, by its tangent
   contains
     procedure :: init => dynamics_init
     procedure :: free => dynamics_free
@@ -79,7 +82,7 @@ contains
     call self%solver%init(model)
     call self%saved%init(model, 0.0_rp)
     allocate (self%bu(3, n), self%bv(3, n), self%bg(3, n), self%bf(3, n), self%bj(3, n), self%total(3, n), self%u(3, n), &
-              self%v(3, n), self%rate(3, n), self%r(3, n), self%f(3, n), source=0.0_rp)
+              self%v(3, n), self%rate(3, n), self%r(3, n), self%f(3, n), self%load(3, n), source=0.0_rp)
   end subroutine dynamics_init
 
   !> Releases everything.
@@ -87,7 +90,7 @@ contains
     class(dynamics_t), intent(inout) :: self
     call self%solver%free()
     if (allocated(self%bu)) deallocate (self%bu, self%bv, self%bg, self%bf, self%bj, self%total, self%u, self%v, self%rate, &
-                                        self%r, self%f)
+                                        self%r, self%f, self%load)
   end subroutine dynamics_free
 
   !> Advances `state` by dt > 0 [s] under the external forces force(3, n_all) [N], which are constant over the step, with the frame
@@ -180,8 +183,7 @@ contains
     end if
   end subroutine try_harder
 
-  !> Prepares a part h [s] of a step: q, the terms of BDF2 from the past, initial displacements, and the axial forces of the
-  !> state.
+  !> Prepares a part h [s] of a step: q, the terms of BDF2, initial displacements, and the axial forces of the state.
   subroutine begin_piece(self, model, inertia, h, state)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -189,6 +191,8 @@ contains
     real(rp), intent(in) :: h
     type(dynamic_state_t), intent(in) :: state
     real(rp) :: r, c1, c2
+    self%is_predicted = .false.
+    self%may_predict = .true.
     r = step_ratio(state, h)
     c1 = (1 + r)**2/(1 + 2*r)
     c2 = r**2/(1 + 2*r)
@@ -213,7 +217,8 @@ contains
     call extension_axial(model%springs, model%stiffness%extension, state%u, self%solver%equilibrium%axial)
   end subroutine begin_piece
 
-  !> Does Newton's method for the present part of the step, from self%u.
+  !> Does Newton's method for the present part of the step, from self%u. An iteration changes the load of a reaction by what its
+  !> tangent says, which is exact but for the rounding of the tangent; the last iteration computes the load itself.
   subroutine solve_piece(self, model, inertia, force, options, report, converged, reaction)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
@@ -223,12 +228,11 @@ contains
     type(step_report_t), intent(inout) :: report
     logical, intent(out) :: converged
     class(reaction_t), intent(inout), optional :: reaction
-    real(rp) :: scale, floor, noise, small, size_r, last_size, newton_sizes(2)
+    real(rp) :: scale, rounding(2), small, size_r, last_size, newton_sizes(2)
     integer :: iteration, n_newton
     real(rp), parameter :: ROUGH = 0.5_rp, NEAR = 0.01_rp
     logical :: was_iterated, is_warm, is_solved, is_rough, is_second
-    floor = 4*epsilon(scale)*model%params%k_vein*sqrt(real(model%n_free, rp))
-    noise = 8*epsilon(scale)*hinge_forces(model)
+    rounding = rounding_forces(model)
     report%residuals = 0
     call self%solver%start(model, inertia, self%frame, self%q)
     size_r = 0
@@ -238,22 +242,25 @@ contains
     is_warm = self%has_factors
     do iteration = 0, 4*options%iterations
       last_size = size_r
-      call find_residual(self, model, inertia, force, size_r, scale, reaction)
+      if (present(reaction)) call find_load(self, model, reaction)
+      call find_residual(self, model, inertia, force, size_r, scale, present(reaction))
       report%residuals(min(iteration, HISTORY)) = size_r
       converged = .false.
       if (.not. size_r <= huge(size_r)) exit
-      small = max(options%tolerance*scale, floor*maxval(abs(self%u)) + noise)
+      small = max(options%tolerance*scale, rounding(1)*maxval(abs(self%u)) + rounding(2))
       converged = size_r <= small .and. iteration > 0
+      if (converged .and. self%is_predicted) then
+        call confirm_load(self, model, reaction, size_r)
+        converged = size_r <= small
+      end if
       if (converged) exit
-      ! Where no force balances the residual, an older tangent leads astray. Near it the second one
-      ! saves up to three iterations.
+      ! Far from the balance an older tangent leads astray. Near it the second one saves up to three iterations.
       is_rough = present(reaction) .and. iteration > 0 .and. size_r > ROUGH*scale
       is_second = present(reaction) .and. iteration == 1 .and. .not. is_warm .and. size_r < NEAR*scale .and. &
                   n_newton < options%iterations
       if (was_iterated .or. is_rough .or. is_second .or. &
           needs_new_tangent(options, is_warm, iteration, size_r, last_size, small)) then
-        if (n_newton == options%iterations) exit
-        if (n_newton >= 3 .and. size_r > newton_sizes(1)) exit ! with the tangent before the last one
+        if (n_newton == options%iterations .or. (n_newton >= 3 .and. size_r > newton_sizes(1))) exit ! that before the last
         n_newton = n_newton + 1
         newton_sizes = [newton_sizes(2), size_r]
         call renew_tangent(self, model, inertia, options%factorisations, is_rough, was_iterated, reaction)
@@ -262,6 +269,7 @@ contains
       if (present(reaction)) then
         call self%solver%solve_reaction(model, self%r, linear_tolerance(size_r, small), reaction, is_solved)
         if (.not. is_solved) exit
+        call predict_load(self)
       else if (.not. was_iterated) then
         call self%solver%solve(model, inertia, self%r)
       end if
@@ -272,15 +280,46 @@ contains
     if (converged .and. scale > 0) report%residual = size_r/scale
   end subroutine solve_piece
 
-  !> Computes the residual self%r at displacements self%u, with rates and forces there, its size [N], and that of the largest
-  !> force.
-  subroutine find_residual(self, model, inertia, force, size_r, scale, reaction)
+  !> Computes the load of the reaction at displacements self%u, unless it is predicted.
+  subroutine find_load(self, model, reaction)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    class(reaction_t), intent(inout) :: reaction
+    if (self%is_predicted) return
+    self%v = self%q*(self%u - self%bu)
+    call reaction%force(self%frame, self%u, self%v, self%load)
+    call model%zero_clamped(self%load)
+  end subroutine find_load
+
+  !> Predicts the load after an iteration by its tangent, unless a prediction has failed in this part of the step.
+  subroutine predict_load(self)
+    class(dynamics_t), intent(inout) :: self
+    self%is_predicted = self%may_predict
+    if (self%is_predicted) self%load = self%load - self%solver%answer
+  end subroutine predict_load
+
+  !> Replaces the predicted load, at which self%r is small, by the load itself; size_r [N] becomes that of the residual with it.
+  subroutine confirm_load(self, model, reaction, size_r)
+    class(dynamics_t), intent(inout) :: self
+    type(solid_model_t), intent(in) :: model
+    class(reaction_t), intent(inout) :: reaction
+    real(rp), intent(out) :: size_r
+    self%is_predicted = .false.
+    self%may_predict = .false.
+    self%r = self%r + self%load
+    call find_load(self, model, reaction)
+    self%r = self%r - self%load
+    size_r = norm2(self%r)
+  end subroutine confirm_load
+
+  !> Computes the residual self%r at self%u, with rates and forces there, its size [N], and that of the largest force.
+  subroutine find_residual(self, model, inertia, force, size_r, scale, has_load)
     class(dynamics_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     type(inertia_t), intent(in) :: inertia
     real(rp), intent(in) :: force(:, :)
     real(rp), intent(out) :: size_r, scale
-    class(reaction_t), intent(inout), optional :: reaction
+    logical, intent(in) :: has_load
     associate (q => self%q, g => self%solver%equilibrium%g)
       self%v = q*(self%u - self%bu)
       self%solver%v = self%v
@@ -293,15 +332,11 @@ contains
         call inertia%joint_forces(self%u, self%f)
         self%r = self%r + (q*inertia%joint_friction)*(self%f - self%bj)
       end if
-      if (present(reaction)) then
-        call reaction%force(self%frame, self%u, self%v, self%f)
-        call model%zero_clamped(self%f)
-        self%r = self%r - self%f
-      end if
+      if (has_load) self%r = self%r - self%load
       call model%zero_clamped(self%r)
       call model%zero_clamped(g)
       scale = max(norm2(self%r), norm2(g), norm2(force))
-      if (present(reaction)) scale = max(scale, norm2(self%f))
+      if (has_load) scale = max(scale, norm2(self%load))
       call add_inertia_forces(inertia, model, self%frame, self%u, self%v, self%rate, self%r)
       size_r = norm2(self%r)
       scale = max(scale, q*momentum_norm(inertia, self%bv))
@@ -346,40 +381,6 @@ contains
     state%old_step = h
     state%time = state%time + h
   end subroutine end_piece
-
-  !> Returns the 2-norm of the forces [N] if all hinges turn by 1 rad: multiplied by the rounding error of directions, it is the
-  !> smallest residual that a wing without motion can reach.
-  pure real(rp) function hinge_forces(model) result(norm)
-    type(solid_model_t), intent(in) :: model
-    integer :: h
-    norm = 0
-    do h = 1, size(model%plans)
-      norm = norm + (model%stiffness%hinge(h)/ &
-                     minval(model%plans(h)%lengths, mask=model%plans(h)%lengths > 0))**2
-    end do
-    norm = sqrt(norm)
-  end function hinge_forces
-
-  !> Returns the share of the residual to which the equations of an iteration are solved. It is large, because Newton's method
-  !> corrects the rest; near the end of the step it is the share that ends the step.
-  pure real(rp) function linear_tolerance(size_r, small)
-    real(rp), intent(in) :: size_r, small !< [N] residual, now and in the end
-    real(rp), parameter :: USUAL = 3.0e-3_rp, FINEST = 1.0e-3_rp, COARSEST = 0.1_rp
-    linear_tolerance = min(0.5_rp*small/size_r, COARSEST)
-    if (linear_tolerance < FINEST) linear_tolerance = USUAL
-  end function linear_tolerance
-
-  !> Returns the 2-norm of mass times velocity.
-  pure real(rp) function momentum_norm(inertia, v) result(norm)
-    type(inertia_t), intent(in) :: inertia
-    real(rp), intent(in) :: v(:, :)
-    integer :: i
-    norm = 0
-    do i = 1, size(v, 2)
-      norm = norm + inertia%mass(i)**2*(v(1, i)**2 + v(2, i)**2 + v(3, i)**2)
-    end do
-    norm = sqrt(norm)
-  end function momentum_norm
 
   !> Tells whether the present factors are unsuitable for the next iteration. The first two iterations after a factorisation at
   !> the extrapolated shape undo the stretching of its springs, for which the factors are good enough. Later ones should converge

@@ -53,8 +53,9 @@ module solid_reaction
       real(rp), intent(inout) :: f(:, :)
     end subroutine reaction_force
 
-    !> Adds C x [N] to y(3, n_all) for x [m/s], with one C [kg/s] for the whole part of the step. If df/du is small against q C,
-    !> q = 3/2 over the length of the part, Newton's method does not need df/du.
+    !> Adds C x [N] to y(3, n_all) for velocities x [m/s] in space, with one C [kg/s] for the whole part of the step. A change x of
+    !> u changes these velocities by q x + omega x x, q = 3/2 over the length of the part, and f by minus C times this, if f depends
+    !> on velocities in space alone. Newton's method corrects an error of the result, such as that of single precision.
     subroutine reaction_tangent(self, x, y)
       import :: reaction_t, rp
       class(reaction_t), intent(inout) :: self

@@ -19,9 +19,12 @@ module solid_residuals
 
   !> Work space; nothing is allocated after `init`.
   type :: residuals_t
+    real(rp), allocatable :: answer(:, :) !< (3, n_free) [N] the part of A x that the reaction has, for the last solution x
     integer, private :: n = 0   !< directions that are known
+    real(rp), private :: turning(3) = 0 !< angular velocity of the frame over q
     real(rp), private, allocatable :: upper(:, :) !< (MOST, MOST) R
     real(rp), private, allocatable :: directions(:, :, :), images(:, :, :) !< (3, n_free, MOST) z and Q
+    real(rp), private, allocatable :: answers(:, :, :) !< (3, n_free, MOST) what the reaction has in A z
     real(rp), private, allocatable :: left(:, :), image(:, :), all_x(:, :), all_y(:, :)
   contains
     procedure :: init => residuals_init
@@ -37,7 +40,8 @@ contains
     class(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
     call self%free()
-    allocate (self%directions(3, model%n_free, MOST), self%images(3, model%n_free, MOST), source=0.0_rp)
+    allocate (self%directions(3, model%n_free, MOST), self%images(3, model%n_free, MOST), &
+              self%answers(3, model%n_free, MOST), self%answer(3, model%n_free), source=0.0_rp)
     allocate (self%upper(MOST, MOST), self%left(3, model%n_free), self%image(3, model%n_free), &
               self%all_x(3, model%n_all), self%all_y(3, model%n_all), source=0.0_rp)
     self%n = 0
@@ -47,16 +51,21 @@ contains
   subroutine residuals_free(self)
     class(residuals_t), intent(inout) :: self
     if (allocated(self%directions)) &
-      deallocate (self%upper, self%directions, self%images, self%left, self%image, self%all_x, self%all_y)
+      deallocate (self%upper, self%directions, self%images, self%answers, self%answer, self%left, self%image, self%all_x, &
+                  self%all_y)
   end subroutine residuals_free
 
-  !> Discards the directions of earlier solutions. Call it when the matrix A has changed.
-  subroutine residuals_forget(self)
+  !> Discards the directions of earlier solutions. Call it when the matrix A has changed. `turning` is the new angular velocity of
+  !> the frame over q, if it has changed.
+  subroutine residuals_forget(self, turning)
     class(residuals_t), intent(inout) :: self
+    real(rp), intent(in), optional :: turning(3)
     self%n = 0
+    if (present(turning)) self%turning = turning
   end subroutine residuals_forget
 
-  !> Finds x(3, n_free) [m] with A x = b, where A y = S y + t x y + q C y, q in 1/s. The equilibrium has the symmetric matrix S as
+  !> Finds x(3, n_free) [m] with A x = b, where A y = S y + t x y + C (q y + omega x y), q in 1/s: the velocity of y is that in
+  !> space, and omega the one of the frame, given to `forget`. The equilibrium has the symmetric matrix S as
   !> `blocks`, b [N] as `right_hand_side`, and the factors of a matrix near A. turns(3, n_free) are the vectors t of the points. The
   !> reaction has C. On return |A x - b| = left |b|. `left` is above `enough` if `most_iterations` do not suffice, or 20 if earlier
   !> solutions left no room for more.
@@ -75,6 +84,7 @@ contains
     real(rp) :: coefficient(MOST), size_b, size_image, last
     integer :: i, k
     x = 0
+    self%answer = 0
     left = 0
     n_iterations = 0
     size_b = sqrt(inner(equilibrium%right_hand_side, equilibrium%right_hand_side))
@@ -95,8 +105,8 @@ contains
           z(:, :, k) = orthogonal(:, :, k - 1)
         end if
         last = left
-        call equilibrium%cholesky%solve(1, z(:, :, k))
-        call multiply(self, model, equilibrium%blocks, turns, reaction, q, z(:, :, k), self%image)
+        call equilibrium%cholesky%solve_roughly(z(:, :, k))
+        call multiply(self, model, equilibrium%blocks, turns, reaction, q, k)
         n_iterations = n_iterations + 1
         size_image = sqrt(inner(self%image, self%image))
         do i = 1, k - 1
@@ -112,27 +122,31 @@ contains
       do k = self%n, 1, -1
         coefficient(k) = (coefficient(k) - dot_product(upper(k, k + 1:self%n), coefficient(k + 1:self%n)))/upper(k, k)
         x = x + coefficient(k)*z(:, :, k)
+        self%answer = self%answer + coefficient(k)*self%answers(:, :, k)
       end do
     end associate
   end subroutine residuals_solve
 
-  !> Computes y = A x.
-  subroutine multiply(self, model, blocks, turns, reaction, q, x, y)
+  !> Computes `image` = A z for direction number k, and its part `answers` that the reaction has.
+  subroutine multiply(self, model, blocks, turns, reaction, q, k)
     type(residuals_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model
-    real(rp), intent(in) :: blocks(:, :, :), turns(:, :), q, x(:, :)
+    real(rp), intent(in) :: blocks(:, :, :), turns(:, :), q
     class(reaction_t), intent(inout) :: reaction
-    real(rp), intent(inout) :: y(:, :)
+    integer, intent(in) :: k
     integer :: i
-    do i = 1, model%n_free
-      self%all_x(:, model%movable(i)) = x(:, i)
-    end do
-    self%all_y = 0
-    call reaction%tangent(self%all_x, self%all_y)
-    do i = 1, model%n_free
-      y(:, i) = q*self%all_y(:, model%movable(i)) + cross(turns(:, i), x(:, i))
-    end do
-    call model%pattern%multiply(blocks, 1.0_rp, x, y)
+    associate (z => self%directions(:, :, k), y => self%image, answer => self%answers(:, :, k))
+      do i = 1, model%n_free
+        self%all_x(:, model%movable(i)) = z(:, i) + cross(self%turning, z(:, i))
+      end do
+      self%all_y = 0
+      call reaction%tangent(self%all_x, self%all_y)
+      do i = 1, model%n_free
+        answer(:, i) = q*self%all_y(:, model%movable(i))
+        y(:, i) = answer(:, i) + cross(turns(:, i), z(:, i))
+      end do
+      call model%pattern%multiply(blocks, 1.0_rp, z, y)
+    end associate
   end subroutine multiply
 
   !> Removes from `r` its part along the unit vector `e`.

@@ -13,6 +13,8 @@ module solid_extension
   public :: extensions_t, extension_energy, extension_gradient, extension_axial, extension_tangent, extension_tangent_change, &
             tension_energy, tension_gradient
 
+  integer, parameter :: BATCH = 64 !< springs whose lengths are computed together, so that compilers use vectors
+
   integer, parameter, public :: SPRING_VEIN = 1, SPRING_MEMBRANE = 2, SPRING_CROSS = 3
 
   !> All extension springs of a wing.
@@ -51,17 +53,21 @@ contains
     real(rp), intent(in) :: k(:), u(:, :)
     real(rp), intent(inout) :: g(:, :)
     real(rp), intent(in), optional :: low(:, :)
-    real(rp) :: dl, l, direction(3), e, force, slope, pull(3)
-    integer :: s, i, j
-    do s = 1, self%n
-      call elongation(self, s, u, dl, l, direction)
-      if (present(low)) dl = dl + dot_product(direction, low(:, self%nodes(2, s)) - low(:, self%nodes(1, s)))
-      call law(self, s, dl, e, force, slope)
-      pull = (k(s)*force)*direction
-      i = self%nodes(1, s)
-      j = self%nodes(2, s)
-      g(:, i) = g(:, i) - pull
-      g(:, j) = g(:, j) + pull
+    real(rp) :: dl(BATCH), l(BATCH), direction(3, BATCH), e, force, slope, pull(3)
+    integer :: s, i, j, b, begin
+    do begin = 0, self%n - 1, BATCH
+      call elongations(self, begin, u, dl, l, direction)
+      do b = 1, min(BATCH, self%n - begin)
+        s = begin + b
+        i = self%nodes(1, s)
+        j = self%nodes(2, s)
+        if (present(low)) dl(b) = dl(b) + dot_product(direction(:, b), low(:, j) - low(:, i))
+        force = dl(b)
+        if (self%slack < 1) call law(self, s, dl(b), e, force, slope)
+        pull = (k(s)*force)*direction(:, b)
+        g(:, i) = g(:, i) - pull
+        g(:, j) = g(:, j) + pull
+      end do
     end do
   end subroutine extension_gradient
 
@@ -72,14 +78,21 @@ contains
     real(rp), intent(in) :: k(:), u(:, :)
     real(rp), intent(inout) :: axial(:)
     real(rp), intent(in), optional :: step(:, :)
-    real(rp) :: dl, l, direction(3), e, force, slope
-    integer :: s
-    do s = 1, self%n
-      call elongation(self, s, u, dl, l, direction)
-      call law(self, s, dl, e, force, slope)
-      if (present(step)) force = force + slope* &
-                                 dot_product(direction, step(:, self%nodes(2, s)) - step(:, self%nodes(1, s)))
-      axial(s) = k(s)*force
+    real(rp) :: dl(BATCH), l(BATCH), direction(3, BATCH), e, force, slope, change(3)
+    integer :: s, b, begin
+    do begin = 0, self%n - 1, BATCH
+      call elongations(self, begin, u, dl, l, direction)
+      do b = 1, min(BATCH, self%n - begin)
+        s = begin + b
+        force = dl(b)
+        slope = 1
+        if (self%slack < 1) call law(self, s, dl(b), e, force, slope)
+        if (present(step)) then
+          change = step(:, self%nodes(2, s)) - step(:, self%nodes(1, s))
+          force = force + slope*(direction(1, b)*change(1) + direction(2, b)*change(2) + direction(3, b)*change(3))
+        end if
+        axial(s) = k(s)*force
+      end do
     end do
     if (allocated(self%tension)) axial = axial + self%tension
   end subroutine extension_axial
@@ -121,20 +134,27 @@ contains
     real(rp), intent(in) :: k(:), u(:, :), axial(:)
     logical, intent(in) :: tension_only
     real(rp), intent(inout) :: blocks(:, :, :)
-    real(rp) :: dl, l, direction(3), e, force, slope, h(3, 3), geometric
-    integer :: s, b
-    do s = 1, self%n
-      call elongation(self, s, u, dl, l, direction)
-      call law(self, s, dl, e, force, slope)
-      geometric = axial(s)/l
-      if (tension_only) geometric = max(geometric, 0.0_rp)
-      h = (k(s)*slope - geometric)*outer(direction, direction) + geometric*IDENTITY
-      b = self%blocks(1, s)
-      if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
-      b = self%blocks(2, s)
-      if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
-      b = self%blocks(3, s)
-      if (b > 0) blocks(:, :, b) = blocks(:, :, b) - h
+    real(rp) :: dl(BATCH), l(BATCH), direction(3, BATCH), e, force, slope, h(3, 3), geometric
+    integer :: s, b, c, i, begin
+    do begin = 0, self%n - 1, BATCH
+      call elongations(self, begin, u, dl, l, direction)
+      do i = 1, min(BATCH, self%n - begin)
+        s = begin + i
+        slope = 1
+        if (self%slack < 1) call law(self, s, dl(i), e, force, slope)
+        geometric = axial(s)/l(i)
+        if (tension_only) geometric = max(geometric, 0.0_rp)
+        do c = 1, 3
+          h(:, c) = ((k(s)*slope - geometric)*direction(c, i))*direction(:, i)
+          h(c, c) = h(c, c) + geometric
+        end do
+        b = self%blocks(1, s)
+        if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
+        b = self%blocks(2, s)
+        if (b > 0) blocks(:, :, b) = blocks(:, :, b) + h
+        b = self%blocks(3, s)
+        if (b > 0) blocks(:, :, b) = blocks(:, :, b) - h
+      end do
     end do
   end subroutine extension_tangent
 
@@ -180,6 +200,42 @@ contains
          /(l + self%l0(s))
     direction = d/l
   end subroutine elongation
+
+  !> Returns elongations dl, lengths l and directions of the springs after number `begin`, as many as BATCH or as there are.
+  pure subroutine elongations(self, begin, u, dl, l, direction)
+    type(extensions_t), intent(in) :: self
+    integer, intent(in) :: begin
+    real(rp), intent(in) :: u(:, :)
+    real(rp), intent(out) :: dl(BATCH), l(BATCH), direction(3, BATCH)
+    real(rp), dimension(BATCH) :: du1, du2, du3, d1, d2, d3
+    integer :: b, s, n, i, j
+    n = min(BATCH, self%n - begin)
+    do b = 1, n
+      s = begin + b
+      i = self%nodes(1, s)
+      j = self%nodes(2, s)
+      du1(b) = u(1, j) - u(1, i)
+      du2(b) = u(2, j) - u(2, i)
+      du3(b) = u(3, j) - u(3, i)
+      d1(b) = self%d0(1, s)
+      d2(b) = self%d0(2, s)
+      d3(b) = self%d0(3, s)
+    end do
+    do b = 1, n
+      dl(b) = du1(b)*(2*d1(b) + du1(b)) + du2(b)*(2*d2(b) + du2(b)) + du3(b)*(2*d3(b) + du3(b))
+      d1(b) = d1(b) + du1(b)
+      d2(b) = d2(b) + du2(b)
+      d3(b) = d3(b) + du3(b)
+      l(b) = sqrt(d1(b)**2 + d2(b)**2 + d3(b)**2)
+      dl(b) = dl(b)/(l(b) + self%l0(begin + b))
+      du1(b) = 1/l(b)
+    end do
+    do b = 1, n
+      direction(1, b) = d1(b)*du1(b)
+      direction(2, b) = d2(b)*du1(b)
+      direction(3, b) = d3(b)*du1(b)
+    end do
+  end subroutine elongations
 
   !> Returns energy, force and slope of a spring of unit stiffness.
   pure subroutine law(self, s, dl, energy, force, slope)
