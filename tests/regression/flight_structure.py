@@ -18,7 +18,9 @@ import h5py
 import numpy as np
 from flight_stiffness import DENSITY, FILAMENT, PERIOD, PLATE, TIMES, YOUNG, add_record, diagnose, write_case
 from synthetic_bending import NAMED, SET, seal
-from whole_program import check, main, series
+from whole_program import SOURCE, check, main, series
+
+from json_schema import validate
 
 FILAMENT["Mass"]["areal_density"] = 2.5 * DENSITY  # light enough not to flutter
 BEATS = flight_stiffness.BEATS = 1
@@ -53,36 +55,91 @@ def add_modes(path, mass, seed):
     seal(path)
 
 
-def interval(found, name):
-    one, = (x for x in found["extended"]["intervals_90"] if x["name"] == name)
-    return one["lower_best_upper"]
+LIGHT = "[Mass]\nmembrane_factor = 0.85\n"
+
+
+def check_mass(found, code, flights, text, hidden=0.85):
+    """The cause is the mass of the membrane, as hidden within three sd of its interval, and flights took part in its fit as `flights` says."""
+    check(code == NAMED and found["verdict"]["set"] == ["membrane_mass"] or code == SET and flights == "round", text)
+    cause = found["verdict"]["causes"][0]
+    check(cause["effect"] == "membrane_mass" and cause.get("flights") == flights, f"{cause}: {text}")
+    problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
+    check(not problems, f"the JSON file is what the schema says: {problems}")
+    lower, best, upper = (math.log(x) for x in found["extended"]["intervals_90"][0]["lower_best_upper"])
+    sd = (upper - lower) / (2 * 1.645)
+    check(abs(best - math.log(hidden)) < 3 * sd, f"{hidden} is hidden: {math.exp(best)}, sd {sd}")
+    return sd
 
 
 def test_first(case):
-    """A membrane that is 40 % heavier, in modes and forces: named with flights before the decision."""
+    """A membrane that is lighter by 15 %, in two natural frequencies and forces: flights for its mass are among the first ones, and all data
+    determine it. What the frequencies alone leave is 2 sd / sqrt(2 frequencies); forces as exact as these halve it."""
     add_modes(case.folder / "data.h5", 0.85, 1)
-    add_record(case.folder / "data.h5", flown("[Mass]\nmembrane_factor = 0.85\n"), 2, error=0.05)
-    code, found, text = diagnose(case, "data.h5", "first", "effects = membrane_mass, balance_gain\nrounds = 0\n", parameters="D")
-    print(text)
-    print(found["extended"].get("intervals_90"))
+    add_record(case.folder / "data.h5", flown(LIGHT), 2, error=0.05)
+    flight = "effects = membrane_mass, balance_gain\nrounds = 0\n"
+    _, _, text = diagnose(case, "data.h5", "first", flight, flags=("--plan",), parameters="D")
+    check(text.startswith("flights   5 of "), f"the case, and twice for D and the mass: {text}")
+    code, found, text = diagnose(case, "data.h5", "first", flight, parameters="D")
+    sd = check_mass(found, code, "first", text)
+    check(sd < 0.75 * 2 * ERROR / math.sqrt(2), f"sd {sd}")
+    changed = (case.folder / "first_extended_flight.ini").read_text()
+    best = found["extended"]["intervals_90"][0]["lower_best_upper"][1]
+    check(abs(float(changed.split("membrane_factor = ")[1].split()[0]) / best - 1) < 1e-6, f"the case with this mass: {changed}")
 
 
 def test_round(case):
-    add_modes(case.folder / "data.h5", 0.85, 1)
-    add_record(case.folder / "data.h5", flown("[Mass]\nmembrane_factor = 0.85\n"), 2, error=0.2)
+    """A mass of three quarters, without first flights for it: the frequencies find it, it is flown with its value, and the forces of the fit are those of a
+    flight of its own with this mass."""
+    add_modes(case.folder / "data.h5", 0.75, 1)
+    add_record(case.folder / "data.h5", flown(LIGHT.replace("0.85", "0.75")), 2, error=0.4)
     code, found, text = diagnose(case, "data.h5", "later", "effects = balance_gain\nrounds = 3\n", parameters="D")
-    print(text)
-    print(found["extended"].get("intervals_90"))
+    check(text.startswith("flights   3 of "), f"the case, and twice for D: {text}")
+    check_mass(found, code, "round", text, 0.75)
+    best = found["extended"]["intervals_90"][0]["lower_best_upper"][1]
+    wanted = flown(f"[Mass]\nmembrane_factor = {best}\n")
+    for one, values in zip((s for d in found["data"] if d["kind"] == "flight" for s in d["sets"]), wanted.T):
+        apart = [np.sqrt(np.mean((np.array(one[which]) - values)**2)) for which in ("extended", "simulated")]
+        # The last round is about a mass within a tenth of an sd of the fit.
+        check(apart[0] < 0.05 * apart[1], f"{one['name']}: {apart}")
+
+
+def test_no_round(case):
+    """Without rounds the other data alone determine a cause, and the diagnosis says so."""
+    add_modes(case.folder / "data.h5", 0.85, 1)
+    add_record(case.folder / "data.h5", flown(LIGHT), 2, error=0.4)
+    _, found, text = diagnose(case, "data.h5", "none", "effects = balance_gain\nrounds = 0\n", parameters="D")
+    cause = found["verdict"]["causes"][0]
+    check(cause["flights"] == "no" and "[Flight] rounds = 0" in cause["flights_reason"], f"{cause}: {text}")
+    check("flights   take no part in the fit of" in text, text)
 
 
 def test_alone(case):
-    add_record(case.folder / "data.h5", flown("[Mass]\nmembrane_factor = 0.85\n"), 2, error=0.05)
+    """Forces alone name the mass if its flights are asked for."""
+    add_record(case.folder / "data.h5", flown(LIGHT), 2, error=0.05)
     code, found, text = diagnose(case, "data.h5", "alone", "effects = membrane_mass, balance_gain\nrounds = 1\n")
+    check_mass(found, code, None, text)
+
+
+def test_effects(case):
+    """Flights of every cause of the structure that a user can name run to their end."""
+    names = ("root_stiffness E_gradient E_per_vein taper orthotropy thickness_gradient pretension camber vein_torsion joint_hardening cuticle "
+             "vein_mass membrane_mass membrane_gradient")
+    add_record(case.folder / "data.h5", flown(LIGHT), 2, error=0.05)
+    _, found, text = diagnose(case, "data.h5", "all", f"effects = {names.replace(' ', ', ')}\nrounds = 0\n")
     print(text)
-    print(found["extended"].get("intervals_90"))
+    for one in found["effects"]:
+        print(one["name"], one["status"], one["missing"])
+
+
+def test_mistakes(case):
+    """Names that are none, places, and parameters that the baseline does not fit."""
+    add_record(case.folder / "data.h5", np.ones((25, 2)), 1)
+    for name, hint in (("E_gradiant", "did you mean 'E_gradient'"), ("damage", "there is no effect 'damage'"), ("joint:*", "valid: ")):
+        _, _, text = diagnose(case, "data.h5", "wrong", f"effects = {name}\n", flags=("--plan",))
+        check("[Flight] effects: there is no effect" in text and hint in text, text)
 
 
 if __name__ == "__main__":
-    #shutil.rmtree("flights", ignore_errors=True)  # those of this program alone
+    shutil.rmtree("flights", ignore_errors=True)  # those of this program alone
     flight_stiffness.FLUSI = str(Path(sys.argv.pop(3)).resolve())
     main(globals())
