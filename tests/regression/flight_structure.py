@@ -78,7 +78,7 @@ def test_first(case):
     add_record(case.folder / "data.h5", flown(LIGHT), 2, error=0.05)
     flight = "effects = membrane_mass, balance_gain\nrounds = 0\n"
     _, _, text = diagnose(case, "data.h5", "first", flight, flags=("--plan",), parameters="D")
-    check(text.startswith("flights   5 of "), f"the case, and twice for D and the mass: {text}")
+    check(text.startswith("flights   5 of ") and "parameters of the wing: membrane_mass\n" in text, f"the case, and twice for D and the mass: {text}")
     code, found, text = diagnose(case, "data.h5", "first", flight, parameters="D")
     sd = check_mass(found, code, "first", text)
     check(sd < 0.75 * 2 * ERROR / math.sqrt(2), f"sd {sd}")

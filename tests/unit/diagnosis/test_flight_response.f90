@@ -31,7 +31,8 @@ contains
     facts%speed = 2
     facts%missing(FLOW_PITCH) = 'cannot'
     first = flight_steps(facts, '')
-    call t%check('every change that can be made has a step', count(first > 0) == FLOW_STRUCTURE - 1 .and. .not. first(FLOW_PITCH) > 0)
+    call t%check('every change that can be made has a step', count(first > 0) == FLOW_STRUCTURE - 1 .and. &
+                 .not. first(FLOW_PITCH) > 0)
     call t%check_close('that of the lead is its prior sd', first(FLOW_LEAD), 0.02_rp, rtol=1.0e-14_rp)
     call t%check_close('so is that of the wind', first(FLOW_WIND + 1), 0.1_rp, rtol=1.0e-14_rp)
     sd = 0

@@ -236,25 +236,24 @@ contains
     c%n_baseline = n
     p = parameter_of('E_gradient', .false., 1.0_rp, GRADIENT)
     p%null = 0.5_rp
-    call enter('E_gradient', p)
-    call enter('taper', parameter_of('diameter_exponent', .false., 1.0_rp, PARAM_EXPONENT))
+    call enter(c, 'E_gradient', p)
+    call enter(c, 'taper', parameter_of('diameter_exponent', .false., 1.0_rp, PARAM_EXPONENT))
     p = parameter_of('rayleigh_stiffness', .false., 1.0_rp, DAMPING_STIFFNESS)
     p%kind = KIND_DAMPING
     p%lower = 0
-    call enter('stiffness_damping', p)
-
-  contains
-
-    subroutine enter(name, one)
-      character(*), intent(in) :: name
-      type(wing_parameter_t), intent(in) :: one
-      type(variant_t), allocatable :: variants(:)
-      type(cause_t) :: cause
-      allocate (variants(0))
-      call append_variant(variants, '', c%add(one), [0.0_rp, 0.0_rp])
-      cause = make_cause(name, name, name, '')
-      call c%enter(cause, '', variants)
-    end subroutine enter
-
+    call enter(c, 'stiffness_damping', p)
   end subroutine make_catalogue
+
+  !> Enters a cause with one parameter.
+  subroutine enter(c, name, one)
+    type(catalogue_t), intent(inout) :: c
+    character(*), intent(in) :: name
+    type(wing_parameter_t), intent(in) :: one
+    type(variant_t), allocatable :: variants(:)
+    type(cause_t) :: cause
+    allocate (variants(0))
+    call append_variant(variants, '', c%add(one), [0.0_rp, 0.0_rp])
+    cause = make_cause(name, name, name, '')
+    call c%enter(cause, '', variants)
+  end subroutine enter
 end program test_flight_structure

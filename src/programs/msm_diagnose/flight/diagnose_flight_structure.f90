@@ -114,18 +114,20 @@ contains
     type(mass_choices_t) :: mass
     character(:), allocatable :: pairs, places, damping, point
     real(rp) :: of_mass(N_MASS_EFFECTS)
+    logical :: has_sides(2)
     integer :: k
     pairs = ''
     places = ''
     damping = ''
     point = ''
     of_mass = 0
+    has_sides = .false.
     do k = 1, size(list)
       if (.not. abs(change(k)) > 0) cycle
       associate (p => list(k), c => change(k))
         select case (p%kind)
         case (KIND_PARAMETER)
-          call put_parameter(s%coupler%model%params, p, c, pairs, places, of_mass)
+          call put_parameter(s%coupler%model%params, p, c, pairs, has_sides, of_mass)
         case (KIND_SOFT)
           pairs = pairs//', '//p%name//' '//number_text(exp(c))
           places = places//'soft_place = '//trim(s%coupler%model%params%vein_names(p%vein))//' '//number_text(p%fraction)//NL
@@ -141,6 +143,8 @@ contains
         end select
       end associate
     end do
+    if (has_sides(1)) places = places//'sided_joints = yes'//NL
+    if (has_sides(2)) places = places//'sided_veins = yes'//NL
     text = ''
     if (pairs//places /= '') text = '[Wing]'//NL//places
     if (pairs /= '') text = text//'parameters = '//joined(s, pairs)//NL
@@ -155,13 +159,14 @@ contains
     if (damping /= '') text = text//'[Damping]'//NL//damping
   end function structure_text
 
-  !> Adds a parameter of the wing that differs by c from that of the case: its pair to `pairs`, what it needs to `places`, and, if it
-  !> is the thickness of the membrane, what it changes of the masses.
-  subroutine put_parameter(params, p, c, pairs, places, of_mass)
+  !> Adds a parameter of the wing that differs by c from that of the case: its pair to `pairs`, and, if it is the thickness of the
+  !> membrane, what it changes of the masses. `has_sides` (joints, veins) tells what of the wing must have sides.
+  subroutine put_parameter(params, p, c, pairs, has_sides, of_mass)
     type(solid_params_t), intent(in) :: params
     type(wing_parameter_t), intent(in) :: p
     real(rp), intent(in) :: c
-    character(:), allocatable, intent(inout) :: pairs, places
+    character(:), allocatable, intent(inout) :: pairs
+    logical, intent(inout) :: has_sides(2)
     real(rp), intent(inout) :: of_mass(:)
     integer, allocatable :: needs(:)
     integer :: i, of_effect
@@ -173,8 +178,7 @@ contains
     of_effect = i - params%count_basic()
     if (of_effect < 1) return
     needs = needs_of(params%effects, of_effect)
-    if (any(needs == NEED_SIDED_JOINTS) .and. index(places, 'sided_joints') == 0) places = places//'sided_joints = yes'//NL
-    if (any(needs == NEED_SIDED_VEINS) .and. index(places, 'sided_veins') == 0) places = places//'sided_veins = yes'//NL
+    has_sides = has_sides .or. [any(needs == NEED_SIDED_JOINTS), any(needs == NEED_SIDED_VEINS)]
     if (is_thickness(params%effects, of_effect)) of_mass(MASS_GRADIENT) = of_mass(MASS_GRADIENT) + c
   end subroutine put_parameter
 
