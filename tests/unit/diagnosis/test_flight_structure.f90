@@ -88,13 +88,14 @@ contains
   !> gradient, no case has `taper`, and damping can only grow.
   subroutine check_choice()
     type(catalogue_t) :: c
-    type(flight_data_t) :: cases(2)
+    type(flight_data_t), allocatable :: cases(:)
     type(judging_runner_t) :: runner
     type(change_t) :: change
     real(rp) :: changes(N_CHANGES)
     logical :: is_full
     integer :: k
     call make_catalogue(c)
+    allocate (cases(2))
     do k = 1, 2
       cases(k)%facts%is_flexible = .true.
       cases(k)%facts%is_alone = .false.
@@ -121,10 +122,11 @@ contains
   !> Where flights are all there is, what no flight shows is not testable, before flights and after.
   subroutine check_alone()
     type(catalogue_t) :: c
-    type(flight_data_t) :: cases(1)
+    type(flight_data_t), allocatable :: cases(:)
     type(judging_runner_t) :: runner
     logical :: is_full
     call make_catalogue(c)
+    allocate (cases(1))
     cases(1)%facts%is_flexible = .true.
     call choose_structure(c, '', runner, cases, is_full)
     call t%check('taper is not testable', c%effects(2)%missing == 'no taper anywhere' .and. c%effects(1)%missing == '')
@@ -140,11 +142,12 @@ contains
 
   !> There is room for N_STRUCTURE parameters. The same one is there once.
   subroutine check_full()
-    type(flight_data_t) :: cases(1)
+    type(flight_data_t), allocatable :: cases(:)
     type(judging_runner_t) :: runner
     character(:), allocatable :: reason
     logical :: is_full
     integer :: i
+    allocate (cases(1))
     cases(1)%facts%is_flexible = .true.
     is_full = .false.
     do i = 1, N_STRUCTURE
@@ -159,7 +162,7 @@ contains
 
   !> Forces 1 + 2 g: without flights for g residuals do not depend on it, with those of a round they do, in that approximation.
   subroutine check_round()
-    type(flight_data_t) :: cases(1)
+    type(flight_data_t), allocatable :: cases(:)
     type(judging_runner_t) :: runner
     type(measured_flight_t) :: flights(1)
     type(wing_flight_t) :: wing
@@ -171,6 +174,7 @@ contains
     real(rp) :: steps(N_FLOW), origin(N_FLOW), residuals(3), jacobian(3, 1)
     integer :: number
     none = .false.
+    allocate (cases(1))
     p = parameter_of('g', .false., 1.0_rp, 6)
     flights(1)%frequency = 1
     flights(1)%component = [3]
