@@ -14,7 +14,7 @@ module diagnosis_flight_comparison
   use inference_refit, only: nested_fit_t
   implicit none
   private
-  public :: compare_flights, posterior_of
+  public :: approximation_of, compare_flights, posterior_of
 
 contains
 

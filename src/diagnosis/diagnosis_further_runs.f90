@@ -9,9 +9,11 @@ module diagnosis_further_runs
   use diagnosis_flight_catalogue, only: flight_steps, rounded
   use diagnosis_flight_data, only: append_requests, change_t, flight_cases_t, flight_data_t
   use diagnosis_flight_response, only: flight_response_t
-  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_VISCOSITY, FLOW_WIND, N_CHANGES, N_FLOW
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_STRUCTURE, FLOW_VISCOSITY, FLOW_WIND, is_of_structure, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t
+  use diagnosis_flight_structure, only: acts_in_flight, add_structure
+  use diagnosis_wing_parameters, only: same_parameter, wing_parameter_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_relinearisation, only: model_error_t
@@ -122,9 +124,13 @@ contains
     real(rp), dimension(N_FLOW, size(responses)) :: sd_of, steps, origin
     real(rp) :: c(N_CHANGES)
     logical :: refined(N_REFINEMENTS, size(responses))
-    integer :: first(size(responses) + 1), k
+    integer :: first(size(responses) + 1), n_before, k
     allocate (rows(0), requests(0))
+    if (size(responses) == 0) return
     first = 0
+    n_before = 0
+    if (allocated(self%flights%cases(1)%facts%structure)) n_before = size(self%flights%cases(1)%facts%structure)
+    call add_found(self, q, sd)
     do k = 1, size(responses)
       associate (data => self%flights%cases(k))
         call find_changes(self, data, q, sd, c, sd_of(:, k))
@@ -135,6 +141,7 @@ contains
         origin(:, k) = data%response%seen(c)
         ! After rounding, data that differ little need the same flights.
         where (sd_of(:, k) > 0) origin(:, k) = rounded(origin(:, k), NEAR*max(sd_of(:, k), tiny(1.0_rp)))
+        call keep_within(data, origin(:, k), steps(:, k))
         refined(:, k) = .false. ! the others stay as at the case
         refined(REFINE_GRID, k) = data%refined(REFINE_GRID)
         call append_requests(requests, data%response%requests(steps(:, k), refined(:, k), origin(:, k)), k)
@@ -146,14 +153,65 @@ contains
     if (failure%failed) return
     do k = 1, size(responses)
       if (first(k + 1) == first(k)) cycle
-      call responses(k)%move(origin(:, k), steps(:, k), refined(:, k), records(first(k) + 1:first(k + 1)), unmade)
-      if (unmade%failed) return
+      if (.not. unmade%failed) &
+        call responses(k)%move(origin(:, k), steps(:, k), refined(:, k), records(first(k) + 1:first(k + 1)), unmade)
     end do
+    if (unmade%failed) then
+      call forget_structure(self%flights, n_before)
+      return
+    end if
     do k = 1, size(responses)
       call append(self%flights%cases(k)%again, responses(k))
     end do
     call approximate_flights(self%simulator, self%flights, state, rows)
   end subroutine runs_linearise
+
+  !> Makes the fitted parameters of the structure changes of flights, as far as they are not and cases can have them: flights then
+  !> test what the other data have found.
+  subroutine add_found(self, q, sd)
+    class(further_runs_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:), sd(:)
+    character(:), allocatable :: reason
+    logical :: is_full
+    integer :: i
+    if (.not. self%flights%bend()) return
+    is_full = .false.
+    do i = 1, size(q)
+      associate (p => self%simulator%wing_parameters(i))
+        if (.not. (sd(i) > 0 .and. acts_in_flight(p))) cycle
+        call add_structure(p, .false., self%runner, self%flights%cases, is_full, reason)
+      end associate
+    end do
+  end subroutine add_found
+
+  !> Takes back what was added to the first n parameters of the structure, as their flights failed.
+  pure subroutine forget_structure(flights, n)
+    type(flight_cases_t), intent(inout) :: flights
+    integer, intent(in) :: n
+    integer :: k
+    do k = 1, size(flights%cases)
+      associate (facts => flights%cases(k)%facts)
+        if (.not. allocated(facts%structure)) cycle
+        facts%structure = facts%structure(:n)
+        facts%origin = facts%origin(:n)
+        facts%missing(FLOW_STRUCTURE + n + 1:) = ''
+      end associate
+    end do
+  end subroutine forget_structure
+
+  !> Makes steps smaller with which a parameter of the structure would leave its bounds on either side of the flight at `origin`.
+  pure subroutine keep_within(data, origin, steps)
+    type(flight_data_t), intent(in) :: data
+    real(rp), intent(in) :: origin(N_FLOW)
+    real(rp), intent(inout) :: steps(N_FLOW)
+    integer :: j
+    do j = 1, N_FLOW
+      if (.not. (is_of_structure(j) .and. steps(j) > 0)) cycle
+      associate (p => data%facts%structure(j - FLOW_STRUCTURE), own => data%facts%origin(j - FLOW_STRUCTURE))
+        steps(j) = max(0.0_rp, min(steps(j), own + origin(j) - p%lower, p%upper - own - origin(j)))
+      end associate
+    end do
+  end subroutine keep_within
 
   !> Returns the number of cases whose flights may be made again.
   pure integer function count_cases(self) result(n)
@@ -196,16 +254,21 @@ contains
   end subroutine approximate_flights
 
   !> Finds the changes c of kinematics and flow of a case at q, and the standard deviations sd_of of those that flights simulate; 0
-  !> for those that are not fitted. Both are 0 for a change whose first flights failed: it acts on no force, and a round
-  !> does not fly it.
+  !> for those that are not fitted. Both are 0 for a change whose first flights failed or that the case cannot make: it acts on no
+  !> force, and a round does not fly it.
   subroutine find_changes(self, data, q, sd, c, sd_of)
     class(further_runs_t), intent(in) :: self
     type(flight_data_t), intent(in) :: data
     real(rp), intent(in) :: q(:), sd(:)
     real(rp), intent(out) :: c(N_CHANGES), sd_of(N_FLOW)
     type(change_t) :: change
+    logical :: known(N_FLOW)
     integer :: i, k
     sd_of = 0
+    known = data%response%is_known
+    if (allocated(data%facts%structure)) &
+      known(FLOW_STRUCTURE + data%facts%n_first + 1:FLOW_STRUCTURE + size(data%facts%structure)) = .true.
+    known = known .and. data%facts%missing == ''
     associate (parameters => self%simulator%wing_parameters)
       c = data%changes_at(parameters, q)
       do i = 1, size(q)
@@ -220,7 +283,7 @@ contains
         end if
       end do
     end associate
-    where (.not. data%response%is_known)
+    where (.not. known)
       sd_of = 0
       c(:N_FLOW) = 0
     end where
@@ -237,6 +300,7 @@ contains
     integer :: i, n
     n = size(requests)
     call self%world%broadcast_integer(n)
+    call share_structure(self)
     allocate (shared(n), numbers((N_FLOW + 2)*n))
     if (size(requests) > 0) numbers = &
       [([requests(i)%change, real([requests(i)%refinement, requests(i)%case], rp)], i=1, n)]
@@ -256,6 +320,32 @@ contains
     end do
     call self%runner%fly(self%world, shared, records, self%outcome)
   end subroutine fly_requests
+
+  !> Tells the runners of all ranks which parameters of the structure the requests change. Collective.
+  subroutine share_structure(self)
+    class(further_runs_t), intent(inout) :: self
+    integer, allocatable :: numbers(:)
+    integer :: n, k
+    n = 0
+    if (self%world%is_root .and. count_cases(self) > 0) then
+      if (allocated(self%flights%cases(1)%facts%structure)) n = size(self%flights%cases(1)%facts%structure)
+    end if
+    call self%world%broadcast_integer(n)
+    allocate (numbers(n))
+    do k = 1, n
+      if (self%world%is_root) numbers(k) = number_of(self%simulator%wing_parameters, self%flights%cases(1)%facts%structure(k))
+      call self%world%broadcast_integer(numbers(k))
+    end do
+    self%runner%structure = self%simulator%wing_parameters(numbers)
+  end subroutine share_structure
+
+  !> Returns which of the parameters p is.
+  pure integer function number_of(parameters, p) result(number)
+    type(wing_parameter_t), intent(in) :: parameters(:), p
+    do number = 1, size(parameters) - 1
+      if (same_parameter(parameters(number), p)) return
+    end do
+  end function number_of
 
   !> Does on the other ranks what rank 0 asks for, until `shut_down`.
   subroutine runs_serve(self)

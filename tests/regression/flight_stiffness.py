@@ -82,14 +82,14 @@ def add_record(path, mean, seed, error=0.2):
     seal(path)
 
 
-def diagnose(case, data, name, flight, flags=()):
+def diagnose(case, data, name, flight, flags=(), parameters="E"):
     """Exit code, JSON (or none) and what was printed."""
     write_case(case.folder / "case")
     wing = {**FILAMENT["Wing"], "E": YOUNG}
     text = ini_text({"Wing": wing, "Mass": FILAMENT["Mass"], "Measurement": {"file": data}})
     if flight:
         text += f"[Flight]\nfile = case/heave.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = ../flights\nmodel_sd = 0\nrefine = no\n{flight}"
-    text += f"[Diagnose]\nnoise = declared\ndraws = 500\nstarts = 1\nvalidation = no\nrefine = no\nparameters = E\n[Saving]\nname = {name}\n"
+    text += f"[Diagnose]\nnoise = declared\ndraws = 500\nstarts = 1\nvalidation = no\nrefine = no\nparameters = {parameters}\n[Next]\nmodes = 0\n[Saving]\nname = {name}\n"
     (case.folder / f"{name}.ini").write_text(text)
     done = case.flusi(f"{name}.ini", "--exit-code", *flags, timeout=300)
     path = case.folder / f"{name}.json"

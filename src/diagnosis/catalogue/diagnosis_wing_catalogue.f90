@@ -7,9 +7,10 @@ module diagnosis_wing_catalogue
   use base_parameter, only: define_parameter, parameter_t
   use diagnosis_flight_catalogue, only: enter_flights
   use diagnosis_flight_data, only: flight_cases_t
+  use diagnosis_flight_structure, only: is_flown_first
   use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_structural, millimetres, percent
   use diagnosis_wing_damping, only: add_damping, enter_damping
-  use diagnosis_wing_inertia, only: add_air, enter_inertia
+  use diagnosis_wing_inertia, only: add_air, enter_flown_inertia, enter_inertia
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: missing_of
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
@@ -60,28 +61,38 @@ contains
     catalogue%n_baseline = size(catalogue%parameters)
     if (present(flights)) then
       if (flights%has_records) call enter_flights(catalogue, flights%cases, experiment%measurement%flights, flights%effects)
-      ! On a wing whose motion is prescribed, forces show nothing else.
-      if (flights%has_records .and. size(experiment%loads) == 0 .and. .not. experiment%measurement%moves()) return
+      if (flights%has_records .and. size(experiment%loads) == 0 .and. .not. experiment%measurement%moves()) then
+        ! On a wing whose motion is prescribed, forces show nothing else.
+        if (.not. flights%bend()) return
+        call enter_structure(catalogue, experiment, numbers, flights)
+        call enter_flown_inertia(catalogue, experiment, wing, flights)
+        return
+      end if
     end if
     call enter_structure(catalogue, experiment, numbers)
     call enter_scans(catalogue, experiment, wing)
     call enter_inertia(catalogue, experiment, wing)
+    if (present(flights)) call enter_flown_inertia(catalogue, experiment, wing, flights)
     call enter_damping(catalogue, experiment)
     call enter_shake(catalogue, experiment)
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
 
   !> Enters parameters of the wing that the baseline does not fit already: those that every wing has, and its effects. `enter_scans`
-  !> enters those that are tried at many sites.
-  subroutine enter_structure(c, e, numbers)
+  !> enters those that are tried at many sites. With `flights` there are no other data: it enters what the first flights show.
+  subroutine enter_structure(c, e, numbers, flights)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e
     integer, intent(in) :: numbers(:)
+    type(flight_cases_t), intent(in), optional :: flights
     type(cause_t), allocatable :: list(:)
     integer :: i
     list = list_structure_causes()
     do i = 1, size(list)
       if (any(list(i)%needs == NEED_DISC .or. list(i)%needs == NEED_SOFT_PLACE)) cycle
+      if (present(flights)) then
+        if (.not. is_flown_first(flights%effects, list(i)%name)) cycle
+      end if
       call enter_structural(c, e, numbers, list(i), missing_of(e, list(i)%needs))
     end do
   end subroutine enter_structure

@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Makes the entries of the catalogue that describe the mass of the wing and its distribution, which only natural modes and
-!> records of motion can show. Without these the catalogue has none of them.
+!> records of motion and flights of wings that bend can show. Without these the catalogue has none of them.
 module diagnosis_wing_inertia
   use base_cause, only: cause_t
   use base_errors, only: require
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
+  use diagnosis_flight_data, only: flight_cases_t
+  use diagnosis_flight_structure, only: is_flown_first
   use diagnosis_wing_entries, only: append_variant, catalogue_t, millimetres
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_MASS, KIND_POINT_MASS
@@ -16,7 +18,7 @@ module diagnosis_wing_inertia
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: add_air, enter_inertia
+  public :: add_air, enter_flown_inertia, enter_inertia
 
   real(rp), parameter :: SPACING = 0.1_rp, FINER_SPACING = 0.04_rp !< of the sites of a point mass, of the wing's size
 
@@ -53,6 +55,21 @@ contains
       end associate
     end do
   end subroutine enter_inertia
+
+  !> Enters the masses that the first flights show, if no other data show them.
+  subroutine enter_flown_inertia(c, e, wing, flights)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    type(wing_t), intent(in) :: wing
+    type(flight_cases_t), intent(in) :: flights
+    type(cause_t), allocatable :: list(:)
+    integer :: i
+    if (e%measurement%moves() .or. .not. flights%bend()) return
+    list = list_mass_causes(1.0_rp)
+    do i = 1, size(list)
+      if (is_flown_first(flights%effects, list(i)%name)) call enter_one(c, e, wing, list(i))
+    end do
+  end subroutine enter_flown_inertia
 
   !> Enters a cause that has one parameter of the masses, at all sites if it needs one.
   subroutine enter_one(c, e, wing, cause)

@@ -6,12 +6,13 @@ module diagnosis_flight_catalogue
   use base_errors, only: require
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use base_text, only: next_word
   use diagnosis_flight_changes, only: cause_of_change, change_parameter, change_scales_t, is_of_material, is_of_wing, &
                                       is_one_sided, list_change_causes, FLOW_FREQUENCY, FLOW_PLATE, &
-                                      FLOW_VISCOSITY, FLOW_WIND, FLOW_YOUNG, N_CHANGES, N_FLOW, NEED_RIGID
-  use diagnosis_flight_data, only: flight_data_t
+                                      FLOW_STRUCTURE, FLOW_VISCOSITY, FLOW_WIND, FLOW_YOUNG, is_of_structure, N_CHANGES, N_FLOW, &
+                                      NEED_RIGID
+  use diagnosis_flight_data, only: change_t, flight_data_t
   use diagnosis_flight_runner, only: flight_facts_t
+  use diagnosis_flight_structure, only: is_wanted, structure_step
   use diagnosis_wing_entries, only: append_variant, catalogue_t
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: variant_t
@@ -33,7 +34,7 @@ contains
   !> What a case leaves out keeps the prior sd as its step: a wall is sharp, so that a small step may not move it to other points.
   !> The step is never larger than the prior sd. It is never smaller than LEAST_STEP times the prior sd, where the difference of two
   !> flights would come near their own errors. It has one digit, so that data that differ little need the same flights. A change
-  !> with sd(j) = 0 gets no step.
+  !> with sd(j) = 0 gets no step. For parameters of the structure structure_step takes the place of the prior sd.
   pure function flight_steps(facts, wanted, sd) result(steps)
     type(flight_facts_t), intent(in) :: facts
     character(*), intent(in) :: wanted
@@ -41,20 +42,32 @@ contains
     real(rp) :: steps(N_FLOW)
     real(rp), parameter :: STEP = 2.0_rp, LEAST_STEP = 0.1_rp
     type(parameter_t) :: p
+    real(rp) :: largest
     logical :: is_needed(N_CHANGES)
-    integer :: j
+    integer :: j, n
     steps = 0
-    is_needed = [(is_wanted(wanted, cause_of_change(j)), j=1, N_CHANGES)] .or. stated_errors(facts) > 0
+    is_needed = stated_errors(facts) > 0
+    do j = 1, N_CHANGES
+      if (.not. is_of_structure(j)) is_needed(j) = is_needed(j) .or. is_wanted(wanted, cause_of_change(j))
+    end do
+    n = facts%n_first
+    if (present(sd) .and. allocated(facts%structure)) n = size(facts%structure)
+    is_needed(FLOW_STRUCTURE + 1:FLOW_STRUCTURE + n) = .true.
     if (.not. facts%is_alone) is_needed([FLOW_YOUNG, FLOW_PLATE]) = facts%shares
     do j = 1, N_FLOW
       if (facts%missing(j) /= '') cycle
       if (.not. (is_needed(j) .or. is_needed(FLOW_FREQUENCY) .and. &
                  (j == FLOW_VISCOSITY .or. j > FLOW_WIND .and. j <= FLOW_WIND + 3 .and. norm2(facts%wind) > 0))) cycle
-      p = change_parameter(j, scales_of(facts))
-      steps(j) = p%prior_sd
+      if (is_of_structure(j)) then
+        largest = structure_step(facts%structure(j - FLOW_STRUCTURE))
+      else
+        p = change_parameter(j, scales_of(facts))
+        largest = p%prior_sd
+      end if
+      steps(j) = largest
       if (.not. present(sd)) cycle
       if (sd(j) > 0 .and. .not. is_one_sided(j)) &
-        steps(j) = min(p%prior_sd, max(rounded(STEP*sd(j), STEP*sd(j)), LEAST_STEP*p%prior_sd))
+        steps(j) = min(largest, max(rounded(STEP*sd(j), STEP*sd(j)), LEAST_STEP*largest))
       if (.not. sd(j) > 0) steps(j) = 0
     end do
   end function flight_steps
@@ -101,20 +114,6 @@ contains
     unit = 10.0_rp**floor(log10(scale))
     rounded = nint(x/unit)*unit
   end function rounded
-
-  !> Tells whether a list of names has this one; an empty list has all.
-  pure logical function is_wanted(wanted, name)
-    character(*), intent(in) :: wanted, name
-    integer :: position, first, last
-    logical :: found
-    is_wanted = wanted == ''
-    position = 1
-    do
-      call next_word(wanted, ' ,', position, first, last, found)
-      if (.not. found) return
-      is_wanted = is_wanted .or. wanted(first:last) == name
-    end do
-  end function is_wanted
 
   !> Returns what the changes of a case depend on.
   pure function scales_of(facts) result(scales)
@@ -185,13 +184,15 @@ contains
     end do
   end function first_reason
 
-  !> Excludes from the test what needs a flight that failed: variants and, if none is left, effects.
+  !> Excludes from the test what needs a flight that failed: variants and, if none is left, effects. Other data of the wing show
+  !> causes of the structure without flights.
   subroutine exclude_unflown(c, cases)
     type(catalogue_t), intent(inout) :: c
     type(flight_data_t), intent(in) :: cases(:)
     type(variant_t), allocatable :: left(:)
     character(:), allocatable :: missing
     logical, allocatable :: is_flown(:)
+    type(change_t) :: change
     integer :: e, v, k, n
     do e = 1, size(c%effects)
       if (c%effects(e)%missing /= '' .or. size(c%effects(e)%variants) == 0) cycle
@@ -201,10 +202,12 @@ contains
         do v = 1, size(variants)
           do k = 1, size(variants(v)%columns)
             associate (p => c%parameters(variants(v)%columns(k)))
-              if (p%kind /= KIND_FLIGHT) cycle
-              if (why_unflown(p%number, p%record) == '') cycle
+              change = change_t(p%number)
+              if (p%kind /= KIND_FLIGHT) change = cases(1)%change_by(p)
+              if (p%kind /= KIND_FLIGHT .and. .not. cases(1)%facts%is_alone .or. change%number == 0) cycle
+              if (why_unflown(change%number, p%record) == '') cycle
               is_flown(v) = .false.
-              missing = why_unflown(p%number, p%record)
+              missing = why_unflown(change%number, p%record)
             end associate
           end do
         end do

@@ -9,17 +9,19 @@ module diagnosis_flight_changes
   use measurement_balance_causes, only: NEED_FORCES
   implicit none
   private
-  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_of_flow, is_of_material, is_of_wing, &
-            is_one_sided
+  public :: change_scales_t, list_change_causes, change_parameter, cause_of_change, is_of_flow, is_of_material, is_of_structure, &
+            is_of_wing, is_one_sided
 
   !> The numbers of the changes that a flight can make. Amplitudes change by a relative amount, angles by degrees, the lead by a
   !> fraction of a beat, the wind by m/s, and viscosity, area of the wings, E and D by the logarithm of a factor. What the case
-  !> leaves out altogether (bending, a wall, a body) comes in parts of what a user states.
+  !> leaves out altogether (bending, a wall, a body) comes in parts of what a user states. FLOW_STRUCTURE + k is the k-th of the
+  !> further parameters of wings that bend which flights of this diagnosis change (diagnosis_flight_structure), by its coordinate.
   integer, parameter, public :: FLOW_STROKE = 1, FLOW_STROKE_MEAN = 2, FLOW_PITCH = 3, FLOW_PITCH_MEAN = 4, FLOW_LEAD = 5, &
                                 FLOW_DEVIATION = 6, FLOW_PLANE = 7, FLOW_WIND = 7, FLOW_VISCOSITY = 11, FLOW_AREA = 12, &
                                 FLOW_DEVIATION_COS = 13, FLOW_DEVIATION_SIN = 14, &
                                 FLOW_BENDING = 15, FLOW_WALL = 16, FLOW_BODY = 17, &
-                                FLOW_YOUNG = 18, FLOW_PLATE = 19, N_FLOW = 19
+                                FLOW_YOUNG = 18, FLOW_PLATE = 19, FLOW_STRUCTURE = 19, N_STRUCTURE = 32, &
+                                N_FLOW = FLOW_STRUCTURE + N_STRUCTURE
   integer, parameter, public :: FLOW_FREQUENCY = N_FLOW + 1, N_CHANGES = N_FLOW + 1 !< the changes that are flown, and this one
 
   integer, parameter, public :: NEED_RIGID = NEED_FORCES + 1 !< wings that do not bend
@@ -103,13 +105,19 @@ contains
     is_of_material = any(number == [FLOW_YOUNG, FLOW_PLATE])
   end function is_of_material
 
+  !> Tells whether a change is one of a further parameter of wings that bend.
+  pure elemental logical function is_of_structure(number)
+    integer, intent(in) :: number
+    is_of_structure = number > FLOW_STRUCTURE .and. number <= N_FLOW
+  end function is_of_structure
+
   !> Tells whether a change cannot be made in both directions: what the case leaves out can only be added.
   pure elemental logical function is_one_sided(number)
     integer, intent(in) :: number
     is_one_sided = any(number == [FLOW_BENDING, FLOW_WALL, FLOW_BODY])
   end function is_one_sided
 
-  !> Returns change `number` as a parameter, by its coordinate, which is 0 for the case as it is.
+  !> Returns change `number`, none of the structure, as a parameter, by its coordinate, which is 0 for the case as it is.
   pure function change_parameter(number, scales) result(p)
     integer, intent(in) :: number
     type(change_scales_t), intent(in) :: scales
@@ -118,7 +126,7 @@ contains
     p = p%as_coordinate(p%null)
   end function change_parameter
 
-  !> Returns the name of the cause to which change `number` belongs.
+  !> Returns the name of the cause to which change `number`, none of the structure, belongs.
   pure function cause_of_change(number) result(name)
     integer, intent(in) :: number
     character(:), allocatable :: name

@@ -3,11 +3,11 @@
 !> its flights showed.
 module diagnosis_flight_data
   use base_kinds, only: rp
-  use diagnosis_flight_changes, only: FLOW_PLATE, FLOW_YOUNG, N_CHANGES
+  use diagnosis_flight_changes, only: FLOW_PLATE, FLOW_STRUCTURE, FLOW_YOUNG, N_CHANGES
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t
-  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_FLIGHT, KIND_PARAMETER
+  use diagnosis_wing_parameters, only: same_parameter, wing_parameter_t, KIND_FLIGHT, KIND_PARAMETER
   use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS, PARAM_YOUNG
   implicit none
   private
@@ -44,15 +44,18 @@ module diagnosis_flight_data
     type(flight_data_t), allocatable :: cases(:)
   contains
     procedure :: case_of => cases_case_of
+    procedure :: bend => cases_bend
   end type flight_cases_t
 
 contains
 
   !> Returns how parameter p changes the flights of this case: as a change of all cases or of this one or, where wings bend and have
-  !> other data, as E, D or the thickness of the wing, on which D depends by its third power.
+  !> other data, as E, D or the thickness of the wing, on which D depends by its third power, or as a further parameter of the
+  !> structure that flights change.
   pure elemental type(change_t) function data_change_by(self, p) result(change)
     class(flight_data_t), intent(in) :: self
     type(wing_parameter_t), intent(in) :: p
+    integer :: k
     if (p%kind == KIND_FLIGHT .and. (p%record == 0 .or. p%record == self%number)) then
       change%number = p%number
     else if (p%kind == KIND_PARAMETER .and. any(self%facts%shares)) then
@@ -62,6 +65,11 @@ contains
         if (p%number == PARAM_THICKNESS) change = change_t(FLOW_PLATE, log(material(3)), 3.0_rp)
       end associate
     end if
+    if (change%number > 0 .or. .not. allocated(self%facts%structure)) return
+    do k = 1, size(self%facts%structure)
+      if (.not. same_parameter(self%facts%structure(k), p)) cycle
+      change = change_t(FLOW_STRUCTURE + k, self%facts%origin(k), 1.0_rp)
+    end do
   end function data_change_by
 
   !> Returns the changes of this case whose parameters have the coordinates q.
@@ -87,6 +95,13 @@ contains
       if (r <= self%cases(k)%last) return
     end do
   end function cases_case_of
+
+  !> Tells whether records are simulated with wings that bend.
+  pure logical function cases_bend(self) result(bend)
+    class(flight_cases_t), intent(in) :: self
+    bend = self%has_records
+    if (bend) bend = any(self%cases%facts%is_flexible)
+  end function cases_bend
 
   !> Appends requests for flights of case `number` to a list.
   pure subroutine append_requests(list, more, number)

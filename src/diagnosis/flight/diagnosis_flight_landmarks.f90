@@ -4,11 +4,12 @@
 module diagnosis_flight_landmarks
   use base_constants, only: PI, TWO_PI
   use base_kinds, only: rp
+  use diagnosis_flight_axes, only: along_axes
   use measurement_balance, only: balance_values
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   implicit none
   private
-  public :: count_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns
+  public :: count_patterns, find_cameras, misplaced, pivot_of, put_misplacements, put_waves, put_wing_patterns
 
   integer, parameter, public :: N_WAVES = 6             !< harmonics of an unknown cause
   real(rp), parameter, public :: UNKNOWN_SHARE = 0.1_rp !< size of an unknown cause, as a fraction of a component's root mean square
@@ -165,4 +166,33 @@ contains
     end do
     motion = sqrt(motion/count(f%is_known))
   end function motion_of
+
+  !> Sets nuisances(n, N_MISPLACED) to the effects, in sd, of errors of the axes of `camera`, that of the records with this
+  !> number in cameras(records), on the landmarks that have the places `series`.
+  pure subroutine put_misplacements(flights, cameras, camera, time, series, nuisances)
+    type(measured_flight_t), intent(in) :: flights(:)
+    integer, intent(in) :: cameras(:), camera
+    real(rp), intent(in) :: time(:)
+    complex(rp), intent(in) :: series(0:, :)
+    real(rp), intent(out) :: nuisances(:, :)
+    real(rp) :: pivot(3)
+    integer :: r, k, i, at, n
+    pivot = pivot_of(flights, cameras == camera, series)
+    nuisances = 0
+    at = 0
+    do r = 1, size(flights)
+      associate (f => flights(r))
+        do k = 1, size(f%component)
+          n = count(f%is_known(:, k))
+          if (cameras(r) == camera) then
+            do i = 1, N_MISPLACED
+              nuisances(at + 1:at + n, i) = misplaced(f, k, time(at + 1:at + n), along_axes(f, series), &
+                                                      matmul(f%axes, pivot), i)/pack(f%sd(:, k), f%is_known(:, k))
+            end do
+          end if
+          at = at + n
+        end do
+      end associate
+    end do
+  end subroutine put_misplacements
 end module diagnosis_flight_landmarks

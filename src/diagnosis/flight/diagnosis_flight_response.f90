@@ -106,6 +106,7 @@ contains
       if (.not. steps(j) > 0) cycle
       self%slope(:, :, j) = moved%slope(:, :, j)
       self%curvature(:, :, j) = moved%curvature(:, :, j)
+      self%is_known(j) = .true.
     end do
     self%value = moved%value
     self%samples = moved%samples

@@ -7,6 +7,7 @@ module diagnosis_flight_runner
   use base_outcome, only: outcome_t
   use diagnosis_flight_changes, only: N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: USUAL_ERROR, N_REFINEMENTS, NOT_REFINED
+  use diagnosis_wing_parameters, only: wing_parameter_t
   use measurement_flight, only: N_COMPONENTS
   use parallel_world, only: world_t
   implicit none
@@ -45,6 +46,9 @@ module diagnosis_flight_runner
     logical :: shares(2) = .false.                     !< E and D are parameters of other data, too, and the wings bend
     real(rp) :: material(3) = 1                        !< E [Pa] and D [N m] of wings that bend; the thickness [m] that is this D in
     !< the wing of the diagnosis
+    type(wing_parameter_t), allocatable :: structure(:) !< what the changes behind FLOW_STRUCTURE are, the same in all cases
+    real(rp), allocatable :: origin(:)                 !< their coordinates at which the case has its own wing
+    integer :: n_first = 0                             !< of them are flown first; rounds fly the others
     real(rp) :: prior_sd(N_CHANGES) = 0                !< of changes as far as records state their errors, in units of parameters
     character(200) :: missing(N_FLOW) = ''             !< why this change cannot be made
     real(rp) :: inertia(N_PHASES, N_COMPONENTS) = 0    !< of the wings per kg of their mass, torques as in records
@@ -56,7 +60,9 @@ module diagnosis_flight_runner
   end type flight_facts_t
 
   type, abstract :: flight_runner_t
+    type(wing_parameter_t), allocatable :: structure(:) !< what the changes of requests behind FLOW_STRUCTURE are
   contains
+    procedure(judge_interface), deferred :: judge_structure
     procedure(fly_interface), deferred :: fly
     procedure(missing_interface), deferred :: are_missing
   end type flight_runner_t
@@ -73,6 +79,17 @@ module diagnosis_flight_runner
       type(flight_record_t), allocatable, intent(out) :: records(:)
       type(outcome_t), intent(inout) :: outcome
     end subroutine fly_interface
+
+    !> Returns the coordinate `own` at which parameter p of the structure has the value of the wings of case `number`, and in
+    !> `reason` why flights of this case cannot have another one; empty if they can. Not collective.
+    subroutine judge_interface(self, number, p, own, reason)
+      import :: flight_runner_t, rp, wing_parameter_t
+      class(flight_runner_t), intent(in) :: self
+      integer, intent(in) :: number
+      type(wing_parameter_t), intent(in) :: p
+      real(rp), intent(out) :: own
+      character(:), allocatable, intent(out) :: reason
+    end subroutine judge_interface
 
     !> Tells for each of the requests whether it has not been flown before. Not collective.
     function missing_interface(self, requests) result(missing)

@@ -9,12 +9,12 @@ module diagnosis_wing_flight
   use diagnosis_flight_axes, only: along_axes
   use diagnosis_flight_catalogue, only: stated_errors
   use diagnosis_flight_data, only: change_t, flight_data_t
-  use diagnosis_flight_landmarks, only: count_patterns, find_cameras, misplaced, pivot_of, put_waves, put_wing_patterns, &
+  use diagnosis_flight_landmarks, only: count_patterns, find_cameras, put_misplacements, put_waves, put_wing_patterns, &
                                         N_MISPLACED, N_WAVES, UNKNOWN_SHARE
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_changes, only: N_CHANGES
   use diagnosis_flight_refinements, only: N_REFINEMENTS
-  use diagnosis_flight_runner, only: N_PHASES
+  use diagnosis_flight_runner, only: flight_facts_t, N_PHASES
   use diagnosis_wing_labels, only: append_surface
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT
   use inference_simulator, only: labels_t
@@ -40,7 +40,8 @@ module diagnosis_wing_flight
     integer :: n_patterns = 0       !< of unknown causes: waves over the beat in each component
     type(flight_data_t), private :: data
     type(measured_flight_t), allocatable, private :: flights(:)
-    integer, allocatable, private :: kind(:), number(:) !< of the parameters
+    type(wing_parameter_t), allocatable, private :: parameters(:)
+    integer, allocatable, private :: kind(:), number(:) !< of them
     type(change_t), allocatable, private :: change(:)   !< by each of them
     complex(rp), allocatable, private :: inertia(:, :)
     integer, allocatable, private :: camera(:)          !< (records), 0: an error of its axes is not stated
@@ -74,11 +75,8 @@ contains
     integer :: r, k
     self%data = data
     self%flights = flights
-    self%kind = parameters%kind
-    self%number = parameters%number
-    self%change = data%change_by(parameters)
-    where (self%change%number > 0) self%kind = KIND_FLIGHT
-    where (self%change%number == 0 .and. self%kind == KIND_FLIGHT) self%kind = KIND_OF_OTHERS
+    self%parameters = parameters
+    call take_changes(self)
     allocate (self%inertia(0:data%response%n_harmonics, N_COMPONENTS))
     self%inertia = balance_harmonics(data%facts%inertia, data%response%n_harmonics)
     allocate (self%record(0), self%time(0))
@@ -104,15 +102,28 @@ contains
     self%n_patterns = sum([(count_patterns(flights(r)), r=1, size(flights))])
   end subroutine flight_init
 
-  !> Keeps a further approximation. Returns its number for `use`.
-  subroutine flight_add(self, response, number)
+  !> Finds how each parameter acts on the records.
+  subroutine take_changes(self)
+    class(wing_flight_t), intent(inout) :: self
+    self%kind = self%parameters%kind
+    self%number = self%parameters%number
+    self%change = self%data%change_by(self%parameters)
+    where (self%change%number > 0) self%kind = KIND_FLIGHT
+    where (self%change%number == 0 .and. self%kind == KIND_FLIGHT) self%kind = KIND_OF_OTHERS
+  end subroutine take_changes
+
+  !> Keeps a further approximation, and what the changes of its structure are (facts%structure). Returns its number for `use`.
+  subroutine flight_add(self, response, facts, number)
     class(wing_flight_t), intent(inout) :: self
     type(flight_response_t), intent(in) :: response
+    type(flight_facts_t), intent(in) :: facts
     integer, intent(out) :: number
     type(approximation_t), allocatable :: more(:)
     integer :: i
     number = size(self%approximations) + 1
     self%data%response = response
+    self%data%facts = facts
+    call take_changes(self)
     call find_rest(self)
     allocate (more(number))
     do i = 1, number - 1
@@ -278,7 +289,7 @@ contains
     end do
     series = self%data%response%at(c)
     do i = 1, maxval(self%camera)
-      call misplacements(self, i, series, nuisances(:, last + 1:last + N_MISPLACED))
+      call put_misplacements(self%flights, self%camera, i, self%time, series, nuisances(:, last + 1:last + N_MISPLACED))
       last = last + N_MISPLACED
     end do
     if (.not. self%data%model_sd > 0) return
@@ -304,33 +315,6 @@ contains
         balance_harmonics(self%data%facts%rigid, self%data%response%n_harmonics)
     if (.not. self%data%facts%is_flexible) x = 0
   end function bending
-
-  !> Sets nuisances(n, N_MISPLACED) to the effects of errors of the axes of a camera on the landmarks that have the places `series`.
-  pure subroutine misplacements(self, camera, series, nuisances)
-    class(wing_flight_t), intent(in) :: self
-    integer, intent(in) :: camera
-    complex(rp), intent(in) :: series(0:, :)
-    real(rp), intent(out) :: nuisances(:, :)
-    real(rp) :: pivot(3)
-    integer :: r, k, i, at, n
-    pivot = pivot_of(self%flights, self%camera == camera, series)
-    nuisances = 0
-    at = 0
-    do r = 1, size(self%flights)
-      associate (f => self%flights(r))
-        do k = 1, size(f%component)
-          n = count(f%is_known(:, k))
-          if (self%camera(r) == camera) then
-            do i = 1, N_MISPLACED
-              nuisances(at + 1:at + n, i) = misplaced(f, k, self%time(at + 1:at + n), along_axes(f, series), &
-                                                      matmul(f%axes, pivot), i)/pack(f%sd(:, k), f%is_known(:, k))
-            end do
-          end if
-          at = at + n
-        end do
-      end associate
-    end do
-  end subroutine misplacements
 
   !> Returns patterns(n, n_patterns): waves over the beat in each component of the force, and in motions of the wing that landmarks
   !> see, which stand for the effect of unknown causes.

@@ -66,7 +66,7 @@ contains
     integer :: k
     number = 1
     do k = 1, size(self%parts)
-      call self%parts(k)%add(data%cases(k)%again(i), number)
+      call self%parts(k)%add(data%cases(k)%again(i), data%cases(k)%facts, number)
     end do
   end subroutine flights_add
 

@@ -32,7 +32,7 @@ module diagnosis_wing_parameters
   implicit none
   private
   public :: wing_parameter_t, wing_parameter, without_sites, differing, find_parameter, fit_case_t, make_fit_case, &
-            is_fit_case_for, fit_case_coordinates, wing_parameter_tangent, fit_case_params
+            is_fit_case_for, fit_case_coordinates, same_parameter, wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
                                 KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
@@ -92,6 +92,14 @@ contains
     numbers = pack([(i, i=1, size(q))], abs(q - parameters%null) > 0 .or. parameters%kind == KIND_ZERO)
     numbers = pack(numbers, [(all(parameters(numbers(i))%kind /= OF_MOTION), i=1, size(numbers))])
   end function differing
+
+  !> Tells whether two descriptions are those of one parameter at one place.
+  pure logical function same_parameter(a, b) result(same)
+    type(wing_parameter_t), intent(in) :: a, b
+    same = a%kind == b%kind .and. a%number == b%number .and. a%record == b%record .and. a%vein == b%vein
+    if (same) same = a%name == b%name .and. .not. any(abs(a%disc - b%disc) > 0) .and. .not. abs(a%fraction - b%fraction) > 0 .and. &
+                     .not. abs(a%time - b%time) > 0
+  end function same_parameter
 
   !> Returns the parameter of this kind and number behind the first `behind`; 0: none.
   pure integer function find_parameter(parameters, behind, kind, number) result(found)

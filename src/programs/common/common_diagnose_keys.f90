@@ -162,8 +162,10 @@ contains
                       'compute one flight together', min=0)
     call keys%integer('beats', c%beats, 3, 'number of simulated beats; the last beat is compared with the measurement', min=1, &
                       max=1000)
-    call keys%text('effects', c%effects, '', 'effects of kinematics, flow and balance to look for: names separated by commas; '// &
-                   'empty: all effects that the case permits (docs/theory/flight-records.md)')
+    call keys%text('effects', c%effects, '', 'effects of kinematics, flow, balance and the structure of wings that bend that '// &
+                   'the first flights show: names separated by commas, also of parameters that the baseline fits, such as '// &
+                   'joint:*; empty: all that the case permits of kinematics, flow and balance, and of the structure those of '// &
+                   'the whole wing (docs/theory/flight-records.md)')
     call keys%text('refine', c%refine, 'yes', 'numerical errors, separated by commas: one further flight makes each of them '// &
                    'smaller, and the difference, times a factor by the order of the method, counts as an error; grid (1.5 '// &
                    'times as many points in each direction), step (1.5 times as many steps), penalization (half of eps), '// &

@@ -176,8 +176,8 @@ contains
   end subroutine put_rounds
 
   !> Writes NAME_extended_flight.ini, and for the further cases NAME_extended_flight_2.ini and so on: the case with the
-  !> kinematics, the flow, E and D that were found. Another beat frequency is only mentioned in a comment. Writes no file for a case
-  !> whose kinematics, flow, E and D are those that were found.
+  !> kinematics, the flow and the wing that were found. Another beat frequency is only mentioned in a comment. Writes no file for a
+  !> case whose kinematics, flow and wing are those that were found.
   subroutine write_extended_flight(s, d, failure)
     type(diagnose_settings_t), intent(in) :: s
     type(diagnosis_t), intent(in) :: d

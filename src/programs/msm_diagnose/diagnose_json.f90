@@ -11,6 +11,7 @@ module diagnose_json
   use diagnose_counts, only: counts_t
   use diagnose_data_json, only: put_data
   use diagnose_findings, only: cause_finding, effect_finding, parameter_finding, shows_from
+  use diagnose_flight_tests, only: put_flight_test
   use diagnose_next, only: put_next
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence, verdict_statement
@@ -140,6 +141,7 @@ contains
         call json%put('effect', s%catalogue%effects(d%model%design%candidates(v%causes(i))%effect)%name)
         call json%put('name', cause_name(s, d, i))
         call json%put('finding', cause_finding(s, d, i))
+        call put_flight_test(json, s, d, i)
         associate (one => d%model%design%candidates(v%causes(i)))
           call json%put('variant', s%catalogue%effects(one%effect)%variants(one%variant)%label)
           call json%put('place', s%catalogue%effects(one%effect)%variants(one%variant)%site)

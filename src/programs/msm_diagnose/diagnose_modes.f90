@@ -8,7 +8,7 @@ module diagnose_modes
   use diagnose_counts, only: counts_t, DATA_MODES
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_wing_rest, only: mass_effects_at
-  use diagnosis_wing_parameters, only: KIND_POINT_MASS
+  use diagnosis_wing_parameters, only: KIND_MASS, KIND_POINT_MASS
   use inference_engine, only: diagnosis_t
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
@@ -78,8 +78,8 @@ contains
     call json%close()
   end subroutine put_modes
 
-  !> Returns the text of the section [Mass] of a wing at the coordinates q. It is empty if the measurement has neither modes nor
-  !> records of motion.
+  !> Returns the text of the section [Mass] of a wing at the coordinates q. It is empty if neither modes nor
+  !> records of motion nor flights show the mass.
   function mass_lines(s, q) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
@@ -89,7 +89,7 @@ contains
     real(rp) :: point(3)
     integer :: i
     text = ''
-    if (.not. s%measurement%moves()) return
+    if (.not. (s%measurement%moves() .or. any(s%catalogue%parameters%kind == KIND_MASS))) return
     effects = mass_effects_at(s%experiment, s%catalogue%parameters, q)
     point = s%wing_case%material%point
     do i = 1, size(q)

@@ -12,6 +12,7 @@ module diagnose_settings
   use common_wing_fragment, only: wing_lines
   use common_wing_keys, only: read_wing_keys
   use common_wing_settings, only: check_name
+  use diagnose_flight_effects, only: check_effects, take_structure
   use diagnose_flight_settings, only: load_flights
   use diagnose_flights, only: flusi_runner_t
   use diagnose_results, only: PLAN_RESULT, RESULTS
@@ -83,6 +84,7 @@ contains
                                                errors, notices)
     if (errors%count() == 0 .and. allocated(s%flights%cases)) then
       call check_output_files(s, list_cases(s), errors)
+      call check_effects(s%config, s%choices%flight%effects, s%wing_case%requested, s%flights%free, s%flights, errors)
       call find_thickness(s)
     end if
     if (errors%count() == 0) call make_all(s, errors, notices)
@@ -242,6 +244,9 @@ contains
     s%wing_case%model = s%experiment%model
     call make_bins(s%experiment, default_bin_size(s%experiment, s%choices%observations), s%bins)
     call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue, s%flights)
+    s%runner%wing%size = s%experiment%model%size
+    s%runner%wing%vein_names = s%experiment%model%params%vein_names
+    call take_structure(s%config, s%catalogue, s%flights, s%runner, errors)
     call make_patterns(s%experiment, s%wing_case%wing, s%patterns)
     if (s%only_flies()) s%patterns%site = s%patterns%site(:, :0)
     if (s%measurement%is_plan) then

@@ -6,6 +6,7 @@ module diagnose_summary
   use base_text, only: number_text
   use diagnose_counts, only: print_kinds
   use diagnose_findings, only: cause_finding
+  use diagnose_flight_tests, only: print_flight_tests
   use diagnose_modes, only: print_modes
   use diagnose_next, only: print_next
   use diagnose_settings, only: diagnose_settings_t
@@ -56,6 +57,7 @@ contains
         write (unit, '(a)') '          '//told_cause(s, d, i)
       end do
     end if
+    call print_flight_tests(unit, s, d)
     if (size(zeros%value) > 1) call print_zeros(unit, zeros)
     if (d%prediction%has_gain) then
       write (unit, '(a)') 'gain      of log predictive density '//fixed(d%prediction%gain, 2)//' +- '// &

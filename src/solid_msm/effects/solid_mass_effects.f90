@@ -25,7 +25,7 @@ module solid_mass_effects
 
   integer, parameter, public :: MASS_VEINS = 1, MASS_MEMBRANE = 2, MASS_GRADIENT = 3, MASS_ADDED = 4, MASS_POINT = 5, &
                                 N_MASS_EFFECTS = 5
-  character(*), parameter :: MOTION = 'natural modes or records of motion'
+  character(*), parameter :: MOTION = 'natural modes, records of motion or flights of wings that bend'
 
   !> Holds the values of the effects, and the site of the point mass.
   type :: mass_effects_t

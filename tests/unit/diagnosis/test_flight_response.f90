@@ -5,7 +5,7 @@ program test_flight_response
   use base_kinds, only: rp
   use diagnosis_flight_catalogue, only: flight_steps, rounded, stated_errors
   use diagnosis_flight_response, only: flight_response_t
-  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_VISCOSITY, FLOW_WALL, &
+  use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_STRUCTURE, FLOW_VISCOSITY, FLOW_WALL, &
                                       FLOW_WIND, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: read_refinements, refinement_names, N_REFINEMENTS, REFINE_BOX, REFINE_GRID, &
                                           REFINE_SURFACE
@@ -32,7 +32,8 @@ contains
     facts%speed = 2
     facts%missing(FLOW_PITCH) = 'cannot'
     first = flight_steps(facts, '')
-    call t%check('every change that can be made has a step', count(first > 0) == N_FLOW - 1 .and. .not. first(FLOW_PITCH) > 0)
+    call t%check('every change that can be made has a step', count(first > 0) == FLOW_STRUCTURE - 1 .and. &
+                 .not. first(FLOW_PITCH) > 0)
     call t%check_close('that of the lead is its prior sd', first(FLOW_LEAD), 0.02_rp, rtol=1.0e-14_rp)
     call t%check_close('so is that of the wind', first(FLOW_WIND + 1), 0.1_rp, rtol=1.0e-14_rp)
     sd = 0

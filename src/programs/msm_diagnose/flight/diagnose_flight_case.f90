@@ -11,11 +11,13 @@ module diagnose_flight_case
   use diagnose_flight_landmarks, only: flight_marks_t
   use diagnose_flight_omitted, only: omission_fault, omitted_t, omitted_text, why_not_added, JUDGED
   use diagnose_flight_refined, only: flown_beats, refined_error_over_change, refined_text, three, why_unrefined
+  use diagnose_flight_structure, only: structure_text
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t, N_PHASES
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_DEVIATION_COS, FLOW_DEVIATION_SIN, FLOW_LEAD, &
                                       FLOW_AREA, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, FLOW_PLATE, FLOW_STROKE, &
-                                      FLOW_STROKE_MEAN, FLOW_VISCOSITY, FLOW_WIND, FLOW_YOUNG
+                                      FLOW_STROKE_MEAN, FLOW_STRUCTURE, FLOW_VISCOSITY, FLOW_WIND, FLOW_YOUNG
+  use diagnosis_wing_parameters, only: wing_parameter_t
   use fluid_mean_keys, only: MEAN_FIXED
   use fsi_body_motion, only: MOTION_TABLE
   use fsi_body_motion_keys, only: body_motion_choices, body_motion_choices_t
@@ -41,6 +43,7 @@ module diagnose_flight_case
     type(settings_t) :: settings              !< of the given case
     type(omitted_t) :: omitted                !< what a user states of things that it leaves out
     real(rp) :: wing_thickness = 0            !< [L] of the wings of the experiment; 0: not known
+    type(wing_parameter_t), allocatable :: structure(:) !< what the changes of the structure are
     type(flight_marks_t) :: marks             !< landmarks whose places are wanted
     type(kinematics_choices_t) :: kinematics
     type(body_motion_choices_t) :: body
@@ -285,6 +288,7 @@ contains
     text = text//kinematics_text(self, request)
     if (any(abs(request%change([FLOW_YOUNG, FLOW_PLATE])) > 0)) text = text//'[Wing]'//NL// &
       numbers(['E', 'D'], exp(request%change([FLOW_YOUNG, FLOW_PLATE]))*material_of(self))
+    if (allocated(self%structure)) text = text//structure_text(self%settings, self%structure, request%change(FLOW_STRUCTURE + 1:))
     if (allocated(request%wing)) text = text//NL//request%wing
   end function case_text
 

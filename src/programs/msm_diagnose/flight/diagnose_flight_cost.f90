@@ -5,9 +5,10 @@ module diagnose_flight_cost
   use base_text, only: number_text
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: flight_steps
+  use diagnosis_flight_changes, only: FLOW_STRUCTURE
   use diagnosis_flight_data, only: append_requests, flight_cases_t
   use diagnosis_flight_refinements, only: refinement_name, N_REFINEMENTS, NOT_REFINED, REFINE_GRID
-  use diagnosis_flight_runner, only: flight_request_t
+  use diagnosis_flight_runner, only: flight_facts_t, flight_request_t
   use parallel_world, only: world_t
   implicit none
   private
@@ -44,6 +45,8 @@ contains
         if (any(case%refined)) &
           write (unit, '(a)') '          the case once, and with a smaller numerical error of each of these kinds '// &
           '(cost in flights of the case): '//list_text(case%refined, case%facts%cost)
+        if (case%facts%n_first > 0) write (unit, '(a)') '          two for each of these parameters of the wing: '// &
+          structure_names(case%facts)
         write (unit, '(a)') '          about '//number_text(nint(case%facts%steps))//' steps each, '// &
           time_text(seconds_of(data, requests, missing, n_groups)/ranks)//' for all, very roughly'
         call append_requests(all, requests, k)
@@ -64,6 +67,18 @@ contains
       ' more for each of its parameters: '// &
       time_text(seconds_of(data, of_rounds, spread(.true., 1, size(of_rounds)), n_groups)/ranks)//' with one parameter'
   end subroutine print_cost
+
+  !> Returns the names of the parameters of the structure, beside E and D, that the first flights of a case change.
+  function structure_names(facts) result(names)
+    type(flight_facts_t), intent(in) :: facts
+    character(:), allocatable :: names
+    integer :: k
+    names = ''
+    do k = 1, facts%n_first
+      if (facts%missing(FLOW_STRUCTURE + k) == '') names = names//', '//facts%structure(k)%name
+    end do
+    names = names(3:)
+  end function structure_names
 
   !> Returns how many cases these requests are for.
   pure integer function count_sought(requests) result(n)

@@ -6,7 +6,7 @@ module diagnose_flight_settings
   use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_outcome, only: outcome_t, OUTCOME_NOT_CONVERGED
-  use base_text, only: next_word, number_text, quoted
+  use base_text, only: number_text, quoted
   use common_diagnose_keys, only: flight_choices_t, WALL_BELOW
   use common_wing_settings, only: find_beside
   use diagnose_flight_case, only: flight_case_t
@@ -14,7 +14,7 @@ module diagnose_flight_settings
   use diagnose_flight_cost, only: list_text
   use diagnose_flight_landmarks, only: rigid_places, take_marks
   use diagnose_flights, only: flusi_runner_t
-  use diagnosis_flight_catalogue, only: exclude_unflown, flight_causes, flight_steps, uncounted_errors
+  use diagnosis_flight_catalogue, only: exclude_unflown, flight_steps, uncounted_errors
   use diagnosis_flight_data, only: append_requests, flight_cases_t, flight_data_t
   use diagnosis_flight_changes, only: FLOW_DEVIATION, FLOW_FREQUENCY, FLOW_LEAD, FLOW_PITCH, FLOW_PITCH_MEAN, FLOW_PLANE, &
                                       FLOW_PLATE, FLOW_STROKE, FLOW_STROKE_MEAN, FLOW_YOUNG, is_of_flow, N_CHANGES, N_FLOW
@@ -62,7 +62,6 @@ contains
       call find_compared(config, c, world, data%cases, errors)
     end if
     if (size(data%cases) == 0) return
-    call check_effects(config, c%effects, errors)
     call check_refinements(config, c%refine, errors)
     allocate (runner%cases(size(data%cases)))
     runner%folder = c%folder
@@ -223,34 +222,6 @@ contains
       end if
     end do
   end subroutine drop_refinements
-
-  !> Adds a mistake for every name in `effects` that is not an effect of a flight.
-  subroutine check_effects(config, effects, errors)
-    type(config_t), intent(in) :: config
-    character(*), intent(in) :: effects
-    type(message_list_t), intent(inout) :: errors
-    type(suggestion_t) :: suggestion
-    character(:), allocatable :: valid
-    integer :: position, first, last, at, begin, finish
-    logical :: found, is_known
-    valid = flight_causes()
-    position = 1
-    do
-      call next_word(effects, ' ,', position, first, last, found)
-      if (.not. found) return
-      call suggestion%start(effects(first:last))
-      is_known = .false.
-      at = 1
-      do
-        call next_word(valid, ' ', at, begin, finish, found)
-        if (.not. found) exit
-        is_known = is_known .or. valid(begin:finish) == effects(first:last)
-        call suggestion%offer(valid(begin:finish))
-      end do
-      if (.not. is_known) call config%complain(errors, 'Flight', 'effects', 'there is no effect '//quoted(effects(first:last))// &
-                                               suggestion%hint()//'; valid: '//valid)
-    end do
-  end subroutine check_effects
 
   !> Adds a mistake for every record that does not belong to its case: another frequency of the beat, or components that the case
   !> does not have.

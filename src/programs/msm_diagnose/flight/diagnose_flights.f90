@@ -19,7 +19,9 @@ module diagnose_flights
   use diagnose_flight_case, only: flight_case_t
   use diagnose_flight_landmarks, only: interpolated, read_marks
   use diagnose_flight_refined, only: flight_shift, flown_beats
+  use diagnose_flight_structure, only: diagnosed_wing_t, judge_structure
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t, N_PHASES
+  use diagnosis_wing_parameters, only: wing_parameter_t
   use fsi_rotation, only: cross
   use io_broadcast_text, only: read_text_file
   use io_lock, only: lock_t, LOCK_TAKEN
@@ -44,12 +46,14 @@ module diagnose_flights
 
   type, extends(flight_runner_t) :: flusi_runner_t
     type(flight_case_t), allocatable :: cases(:)
+    type(diagnosed_wing_t) :: wing      !< to which places of effects belong
     character(:), allocatable :: folder !< of the folders of all flights
     integer :: ranks = 0                !< of a flight; 0: all
     logical :: is_quiet = .false.
   contains
     procedure :: fly => runner_fly
     procedure :: are_missing => runner_are_missing
+    procedure :: judge_structure => runner_judge_structure
   end type flusi_runner_t
 
   type :: name_t
@@ -71,6 +75,7 @@ contains
     type(name_t), allocatable :: names(:)
     type(world_t) :: group
     integer :: i, k, ranks, n_groups, own
+    call tell_structure(self)
     allocate (records(size(requests)), names(size(requests)))
     if (world%is_root) call find_names(self, requests, names)
     call broadcast_names(world, names)
@@ -95,6 +100,25 @@ contains
     end do
   end subroutine runner_fly
 
+  !> Tells all cases what the changes of their structure are.
+  subroutine tell_structure(self)
+    class(flusi_runner_t), intent(inout) :: self
+    integer :: k
+    do k = 1, size(self%cases)
+      if (allocated(self%structure)) self%cases(k)%structure = self%structure
+    end do
+  end subroutine tell_structure
+
+  !> See `flight_runner_t`.
+  subroutine runner_judge_structure(self, number, p, own, reason)
+    class(flusi_runner_t), intent(in) :: self
+    integer, intent(in) :: number
+    type(wing_parameter_t), intent(in) :: p
+    real(rp), intent(out) :: own
+    character(:), allocatable, intent(out) :: reason
+    call judge_structure(self%cases(number)%settings, self%wing, p, own, reason)
+  end subroutine runner_judge_structure
+
   !> Gives all ranks the failure of the first rank that has one. Collective.
   subroutine agree(world, outcome)
     type(world_t), intent(in) :: world
@@ -116,6 +140,7 @@ contains
     type(flight_request_t), intent(in) :: requests(:)
     logical :: missing(size(requests))
     type(name_t), allocatable :: names(:)
+    call tell_structure(self)
     allocate (names(size(requests)))
     call find_names(self, requests, names)
     missing = .not. names%has_ended
