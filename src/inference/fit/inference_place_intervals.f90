@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Widens the interval of the strength of a cause by what its place may be. The profile likelihood of the strength is the largest over
-!> all other unknowns, and the place is one of them:
+!> Widens the interval of the strength of a cause by what its place may be. The profile likelihood of the strength is the largest
+!> over all other unknowns, and the place is one of them:
 !>
 !>     interval = { a : min over places v of cost_v(a) <= least + threshold }.
 !>

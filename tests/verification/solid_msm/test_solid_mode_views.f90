@@ -18,8 +18,8 @@ program test_solid_mode_views
   implicit none
   integer, parameter :: N = 5, N_KNOWN = 8, N_VIEWS = 2
   real(rp), parameter :: AIR = 1.2_rp         !< [kg/m^3]
-  !> Both solve the same equations to residuals of 1e-13. Their condition beside eight known modes is lambda_9/(lambda_9 - lambda_5),
-  !> below 10, and the modes themselves have residuals of 1e-12.
+  !> Both solve the same equations to residuals of 1e-13. Their condition beside eight known modes is
+  !> lambda_9/(lambda_9 - lambda_5), below 10, and the modes themselves have residuals of 1e-12.
   real(rp), parameter :: LIMIT = 1.0e-9_rp
   type(testkit_t) :: t
   type(wing_t) :: wing
@@ -71,14 +71,8 @@ contains
     same = .true.
     call views%init(modal, N, view)
     do i = 1, 3
-      select case (i)
-      case (1)
-        call parameter_direction(modal%model, params%find('E'), direction)
-      case (2)
-        call parameter_direction(modal%model, params%find('D'), direction)
-      case default
-        call damage_direction(modal%model, [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp], direction)
-      end select
+      if (i < 3) call parameter_direction(modal%model, params%find(merge('E', 'D', i == 1)), direction)
+      if (i == 3) call damage_direction(modal%model, [4.5e-3_rp, -0.5e-3_rp, 1.2e-3_rp], direction)
       call modal%slopes_of_stiffness(direction, same, slopes)
       call views%by_stiffness(modal, direction)
       call compare('a change of stiffness '//achar(48 + i)//' '//where, modal, views, slopes, view)
