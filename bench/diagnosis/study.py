@@ -63,7 +63,7 @@ def ini_text(case, wing, measurement, more=None, kind="bending"):
     if kind == "flight":
         del sections["Diagnose"]["parameters"]
     else:
-        sections["Diagnose"]["refine"] = "yes" if case["mesh"] == "finer" else "no"
+        sections["Diagnose"]["refine"] = "auto" if case["mesh"] == "finer" else "no"
     for name, keys in (more or {}).items():
         sections.setdefault(name, {}).update(keys)
     return "".join(f"[{name}]\n" + "".join(f"{key} = {value};\n" for key, value in keys.items())

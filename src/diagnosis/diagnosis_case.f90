@@ -36,6 +36,7 @@ module diagnosis_case
     type(mode_row_t), allocatable :: modes(:) !< for reports, if natural modes were measured
     type(series_row_t), allocatable :: series(:) !< for reports, if records of motion were measured
     type(flight_comparison_t) :: comparison !< of the flights of both wings, for reports
+    logical :: chooses_mesh = .false.       !< the error of the mesh decides whether all fits use the finer mesh
     logical :: fits_finer = .false.         !< all fits use a mesh of half the size of that in the file
     type(wing_t) :: file_wing               !< the wing of the file and the input, where `wing_case` has that with the finer mesh
     type(solid_params_t) :: file_requested

@@ -41,6 +41,10 @@ module diagnosis_discretisation
   private
   public :: discretisation_error_t
 
+  !> Signal-to-noise ratio of the error of a mesh from which it may decide between two causes: their log likelihoods then differ by
+  !> 3, the least difference with which a set does not hold both (inference_decision), and snr^2/2 = 3.
+  real(rp), parameter, public :: DECISIVE_SNR = sqrt(6.0_rp)
+
   !> Half of the difference between d/(2^p - 1) for p = 1 and for p = 2, in units of d.
   real(rp), parameter :: LOADS_DIFFER = 1.0_rp/3
 

@@ -347,12 +347,11 @@ contains
     end do
   end function number_of
 
-  !> Does on the other ranks what rank 0 asks for, until `shut_down`.
+  !> Does on the other ranks what rank 0 asks for, until `shut_down`. The difference of the meshes is known before.
   subroutine runs_serve(self)
     class(further_runs_t), intent(inout) :: self
     type(flight_request_t) :: nothing(0)
     type(flight_record_t), allocatable :: records(:)
-    if (associated(self%other_mesh)) call self%other_mesh%serve_first(self%simulator)
     do
       call self%simulator%serve()
       select case (self%world%max_integer(IS_OVER))

@@ -6,6 +6,7 @@ module inference_causes
   use inference_decision, only: decision_t, reject_catalogue, withdraw_name, AT_BOUND, LEVEL, NO_FIT, NO_GAIN, NO_INTERVAL, &
                                 VERDICT_NAMED, VERDICT_SET
   use inference_intervals, only: find_intervals, find_support, refit_from_better
+  use inference_place_intervals, only: widen_over_places
   use inference_record, only: diagnosis_options_t, model_t, prediction_t, refit_t, support_t, tests_t, LARGEST_SCALE
   use inference_refit, only: nested_fit_t
   use inference_simulator, only: simulator_t
@@ -50,7 +51,8 @@ contains
   !> Finds the intervals of the parameters of the `causes`, which `extended` fits jointly, and whether they support these causes. If
   !> the search finds a better fit, it replaces `extended`. If most of the misfit is left, an interval in units of the noise has no
   !> meaning, and its search advances slowly from one local minimum to the next. What the extended model leaves beyond the noise is
-  !> an error of the model, of which only the size is known; `scale`, the variance over that of the noise model, includes it.
+  !> an error of the model, of which only the size is known; `scale`, the variance over that of the noise model, includes it. The
+  !> place of a cause is an unknown of its interval, too.
   subroutine find_cause_intervals(simulator, options, model, scale, causes, extended, intervals, support)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -61,9 +63,14 @@ contains
     type(interval_t), allocatable, intent(out) :: intervals(:)
     type(support_t), intent(out) :: support
     logical :: is_better
+    integer :: i, k
     call find_intervals(simulator, model%whitener, scale, options%fit, extended, intervals)
     call refit_from_better(simulator, model%whitener, options%fit, intervals, extended, is_better)
     if (is_better) call find_intervals(simulator, model%whitener, scale, options%fit, extended, intervals)
+    do i = 1, size(causes)
+      k = findloc(extended%active(simulator%n_baseline + 1:), model%design%candidates(causes(i))%columns(1), 1)
+      call widen_over_places(simulator, model%design, model%whitener, scale, options%fit, causes(i), extended, intervals(k))
+    end do
     call find_support(simulator%parameters, model%design%candidates(causes), simulator%n_baseline, extended, intervals, &
                       support%is_null_excluded, support%is_at_bound)
   end subroutine find_cause_intervals

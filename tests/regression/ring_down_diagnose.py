@@ -54,6 +54,17 @@ def test_null(case):
     check(abs(damping / 200 - 1) < 0.1, f"damping is {damping} 1/s")
 
 
+def test_finer(case):
+    """A record of a viscoelastic wing of a finer mesh: all fits use this mesh, because its error could decide, and the cause has its
+    name."""
+    ring(case, "data.h5", refine=1, damping={"relaxation": 0.2, "relaxation_time": 2.0e-4}, samples=60)
+    few = "noise = declared;\nstarts = 1;\ndraws = 500;\nvalidation = no;\nintervals = no;\nrefits = 1;\n"
+    code, found = diagnose(case, "data.h5", "finer", few, parameters="E", refine="auto")
+    band = found["mesh_band"]
+    check(band["is_fitted_on"] and band["points"] == 747 and band["snr"] > 6**0.5, f"all fits use the finer mesh: {band}")
+    check(code in (NAMED, SET) and names(found)[0] == "viscoelasticity", found["verdict"]["sentence"])
+
+
 def test_stiffness(case):
     """A cuticle that loses energy at every rate."""
     ring(case, "data.h5", damping={"rayleigh_stiffness": 2.0e-5})

@@ -44,7 +44,7 @@ def append_loads(case, file, other, interval=120.0):
             facts["replicate"] = facts["replicate"] + 1
 
 
-def diagnose(case, file, name, options, before="", parameters="E, joint:*"):
+def diagnose(case, file, name, options, before="", parameters="E, joint:*", refine="no"):
     """Exit code and JSON of a diagnosis with these lines in [Diagnose], behind the sections `before`. Without a section [Next] no new
     modes and records are ranked, which takes half as long again."""
     if "[Next]" not in before + options:
@@ -55,7 +55,7 @@ file = {WING};
 file = {file};
 [Diagnose]
 parameters = {parameters};
-refine = no;
+refine = {refine};
 {options}[Saving]
 name = {name};
 """

@@ -54,6 +54,16 @@ def test_null(case):
     check(min(one["baseline_mac"] for one in modes_of(found)) > 0.98, "shapes are alike")
 
 
+def test_finer(case):
+    """Modes of a wing of a finer mesh, whose membrane is 1.4 times as heavy: all fits use this mesh, because its error could decide.
+    The choice is told."""
+    vibrate(case, "data.h5", refine=1, mass={"membrane": 1.4})
+    code, found = diagnose(case, "data.h5", "finer", SHORT, parameters="E", refine="auto")
+    band = found["mesh_band"]
+    check(band["is_fitted_on"] and band["points"] == 747 and band["snr"] > 6**0.5, f"all fits use the finer mesh: {band}")
+    check(code in (NAMED, SET) and found["verdict"]["causes"][0]["effect"] == "membrane_mass", found["verdict"]["sentence"])
+
+
 def test_loaded(case):
     """Modes about rest and about a shape under two forces and the weight, both by the generator's own statics and tangent: equal to
     2e-6, the size of their noise, with E as the only unknown. A clamp that gives way is refused."""

@@ -28,10 +28,15 @@ module diagnosis_moving_wing
     type(mass_effects_t) :: effects !< on the masses, at the last evaluation
     class(motion_simulation_t), pointer, private :: mechanics => null()
     type(stiffness_t), private :: direction !< work
+    real(rp), allocatable, private :: last_q(:), last(:) !< the parameters and residuals of the last evaluation
   contains
     procedure :: start => moving_start
     procedure :: free => moving_free
     procedure :: prepare => moving_prepare
+    procedure :: is_at => moving_is_at
+    procedure :: keep => moving_keep
+    procedure :: forget => moving_forget
+    procedure :: take_last => moving_take_last
     procedure :: tangent => moving_tangent
     procedure :: mechanics_tangent => moving_mechanics_tangent
     procedure :: tangents => moving_tangents
@@ -75,9 +80,43 @@ contains
       call self%mechanics%free()
       deallocate (self%mechanics)
     end if
+    if (allocated(self%last_q)) deallocate (self%last_q, self%last)
     self%n = 0
     self%n_nuisances = 0
   end subroutine moving_free
+
+  !> Tells whether the last evaluation was at q, to the bit, and has residuals.
+  pure logical function moving_is_at(self, q) result(is_there)
+    class(moving_wing_t), intent(in) :: self
+    real(rp), intent(in) :: q(:)
+    is_there = .false.
+    if (.not. allocated(self%last_q)) return
+    if (size(q) == size(self%last_q)) is_there = .not. any(abs(q - self%last_q) > 0)
+  end function moving_is_at
+
+  !> Forgets the last evaluation, because another one begins.
+  subroutine moving_forget(self)
+    class(moving_wing_t), intent(inout) :: self
+    if (allocated(self%last_q)) deallocate (self%last_q, self%last)
+  end subroutine moving_forget
+
+  !> Keeps the residuals of an evaluation at q. If it failed (not `ok`), nothing is kept.
+  subroutine moving_keep(self, q, residuals, ok)
+    class(moving_wing_t), intent(inout) :: self
+    real(rp), intent(in) :: q(:), residuals(:)
+    logical, intent(in) :: ok
+    call self%forget()
+    if (.not. ok) return
+    self%last_q = q
+    self%last = residuals
+  end subroutine moving_keep
+
+  !> Returns the residuals that were kept.
+  pure subroutine moving_take_last(self, residuals)
+    class(moving_wing_t), intent(in) :: self
+    real(rp), intent(out) :: residuals(:)
+    residuals = self%last
+  end subroutine moving_take_last
 
   !> Gives the simulation the model for q, and finds the effects on the masses there. `ok` is false if there is no such model.
   subroutine moving_prepare(self, q, ok)

@@ -57,10 +57,17 @@ contains
     real(rp), intent(out) :: residuals(:)
     logical, intent(out) :: ok
     type(solid_model_t), pointer :: model
+    ok = self%is_at(q)
+    if (ok) then
+      call self%take_last(residuals)
+      return
+    end if
+    call self%forget()
     call self%prepare(q, ok)
     if (.not. ok) return
     model => self%simulation%model()
     call self%simulation%evaluate(self%rest%params(model, q), self%effects, damping_at(self%rest%parameters, q), residuals, ok)
+    call self%keep(q, residuals, ok)
   end subroutine modes_evaluate
 
   !> Adds labels. Every mode is a surface with its own fold and block. Their `observed` is 0.

@@ -60,12 +60,19 @@ contains
     real(rp), intent(out) :: residuals(:)
     logical, intent(out) :: ok
     type(solid_model_t), pointer :: model
+    ok = self%is_at(q)
+    if (ok) then
+      call self%take_last(residuals)
+      return
+    end if
+    call self%forget()
     residuals = 0
     call self%prepare(q, ok)
     if (.not. ok) return
     model => self%simulation%model()
     self%simulation%shake = shake_at(self%rest%parameters, q)
     call self%simulation%evaluate(self%rest%params(model, q), self%effects, damping_at(self%rest%parameters, q), residuals, ok)
+    call self%keep(q, residuals, ok)
   end subroutine series_evaluate
 
   !> Returns column(n), the derivative of the residuals with respect to parameter i at q, after `evaluate` there.

@@ -7,7 +7,9 @@ module measurement_series_projections
   use solid_ringing, only: ring_change_t, EXCITED_BASE
   implicit none
   private
-  public :: forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products
+  public :: forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products, record_views
+
+  real(rp), parameter, public :: ACROSS(3) = [0.0_rp, 0.0_rp, 1.0_rp] !< direction of a motion of the base that was not recorded
 
 contains
 
@@ -64,6 +66,38 @@ contains
       forcing = series%size*displacement_along(site, series%direction, shapes)
     end if
   end function forcing_vector
+
+  !> Returns view(3, n_all, traces + 2), what a record sees of the modes: products of a shape with view(:, :, j) are its column of
+  !> `observation_matrix`, its part of `forcing_vector`, and minus `inertia_along` ACROSS.
+  pure function record_views(series, sites, excited_site, mass) result(view)
+    type(measured_series_t), intent(in) :: series
+    type(material_point_t), intent(in) :: sites(:), excited_site
+    real(rp), intent(in) :: mass(:, :)
+    real(rp) :: view(3, size(mass, 2), size(series%sigma) + 2)
+    integer :: j, n
+    n = size(series%sigma)
+    view = 0
+    do j = 1, n
+      call add_point(sites(j), series%axis, view(:, :, j))
+    end do
+    if (series%excitation == EXCITED_BASE) then
+      view(:, :, n + 1) = -spread(series%direction, 2, size(mass, 2))*mass
+    else
+      call add_point(excited_site, series%size*series%direction, view(:, :, n + 1))
+    end if
+    view(:, :, n + 2) = -spread(ACROSS, 2, size(mass, 2))*mass
+  end function record_views
+
+  !> Adds to view(3, n_all) what sees the displacement of a site along an axis.
+  pure subroutine add_point(site, axis, view)
+    type(material_point_t), intent(in) :: site
+    real(rp), intent(in) :: axis(3)
+    real(rp), intent(inout) :: view(:, :)
+    integer :: c
+    do c = 1, 3
+      view(:, site%corner(c)) = view(:, site%corner(c)) + site%weight(c)*axis
+    end do
+  end subroutine add_point
 
   !> Returns a change by which nothing changes.
   pure function no_change() result(change)

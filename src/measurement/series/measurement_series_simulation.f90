@@ -12,12 +12,14 @@ module measurement_series_simulation
   use measurement_material_point, only: find_material_point, material_point_t
   use measurement_motion_simulation, only: motion_simulation_t
   use measurement_series, only: measured_series_t
-  use measurement_series_projections, only: forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products
+  use measurement_series_projections, only: forcing_vector, inertia_along, no_change, no_matrix, observation_matrix, products, &
+                                            record_views, ACROSS
+  use measurement_series_slopes, only: series_slopes_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION
   use solid_dragged_flow, only: drag_t
   use solid_joint_forces, only: apply_joints
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
-  use solid_modal, only: modal_t, mode_slopes_t
+  use solid_modal, only: modal_t
   use solid_model, only: solid_model_t
   use solid_params, only: solid_params_t
   use solid_point_areas, only: point_areas
@@ -27,7 +29,6 @@ module measurement_series_simulation
   private
   public :: series_simulation_t
 
-  real(rp), parameter :: ACROSS(3) = [0.0_rp, 0.0_rp, 1.0_rp] !< direction of a motion of the base that was not recorded
   integer, parameter :: N_MODES = 16 !< number of modes in the motion
   integer, parameter :: BESIDE = 6   !< further modes that are computed for the derivatives
 
@@ -47,8 +48,8 @@ module measurement_series_simulation
     type(shake_t) :: shake                             !< of the next evaluation
     type(damping_effects_t), private :: damping
     type(mass_effects_t), private :: effects
-    logical, allocatable, private :: same(:, :)
-    type(mode_slopes_t), private :: slopes
+    type(series_slopes_t), private :: slopes(2)        !< by medium
+    integer, allocatable, private :: first_view(:)     !< (series) of `slopes`
     real(rp), allocatable, private :: mass(:, :, :)    !< (3, n_all, 2) [kg]
     real(rp), allocatable, private :: slope(:, :)      !< (3, n_all)
     real(rp), allocatable, private :: stiff(:, :, :, :) !< (3, n_all, modes, 2) K_joints Phi
@@ -109,7 +110,7 @@ contains
     end do
     allocate (self%mass(3, model%n_all, 2), self%slope(3, model%n_all), self%stiff(3, model%n_all, self%n_modes, 2), &
               source=0.0_rp)
-    allocate (self%same(self%n_modes, self%n_modes), source=.true.)
+    allocate (self%first_view(size(self%series)), source=0)
 
   contains
 
@@ -129,8 +130,7 @@ contains
         call self%modal(m)%free()
       end do
       deallocate (self%modal, self%series, self%first, self%rings, self%excited_sites, self%sites, self%mass, self%slope, &
-                  self%stiff, self%same, self%area)
-      if (allocated(self%slopes%shapes)) deallocate (self%slopes%shapes)
+                  self%stiff, self%first_view, self%area)
     end if
     self%is_used = .false.
     self%n = 0
@@ -151,6 +151,7 @@ contains
     ok = .true.
     self%damping = damping
     self%effects = effects
+    self%slopes%is_ready = .false.
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
       call self%modal(m)%model%set_params(params)
@@ -245,11 +246,32 @@ contains
     changed = 0
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
-      call self%modal(m)%slopes_of_stiffness(direction, self%same, self%slopes)
+      call prepare_slopes(self, m)
+      call self%slopes(m)%by_stiffness(self%modal(m), direction)
       if (abs(self%damping%joints) > 0) call apply_joints(self%modal(m), changed, direction)
-      call project_stiffness_change(self, m, products(self%modal(m)%shapes(:, :, :self%n_modes), changed), column)
+      call project_change(self, m, products(self%modal(m)%shapes(:, :, :self%n_modes), changed), column)
     end do
   end subroutine simulation_stiffness_tangent
+
+  !> Makes the slopes of medium m ready for parameters at the point of the last evaluation.
+  subroutine prepare_slopes(self, m)
+    class(series_simulation_t), intent(inout) :: self
+    integer, intent(in) :: m
+    real(rp), allocatable :: view(:, :, :)
+    integer :: i
+    logical :: has_shapes
+    if (self%slopes(m)%is_ready) return
+    has_shapes = abs(self%damping%joints) > 0
+    allocate (view(3, size(self%mass, 2), 0))
+    do i = 1, size(self%series)
+      if (self%series(i)%medium /= m) cycle
+      self%first_view(i) = size(view, 3) + 1
+      view = reshape([view, record_views(self%series(i), self%sites(:, i), self%excited_sites(i), self%mass(:, :, m))], &
+                     [3, size(view, 2), size(view, 3) + size(self%series(i)%sigma) + 2])
+      has_shapes = has_shapes .or. allocated(self%rings(i)%drag%across)
+    end do
+    call self%slopes(m)%init(self%modal(m), self%n_modes, view, has_shapes)
+  end subroutine prepare_slopes
 
   !> Returns the change of the residuals by a compliant clamp; see motion_simulation_t.
   subroutine simulation_clamp_tangent(self, k, column)
@@ -260,24 +282,11 @@ contains
     column = 0
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
-      call self%modal(m)%slopes_of_clamp(k, self%same, self%slopes)
-      call project_stiffness_change(self, m, no_matrix(), column)
+      call prepare_slopes(self, m)
+      call self%slopes(m)%by_clamp(self%modal(m), k)
+      call project_change(self, m, no_matrix(), column)
     end do
   end subroutine simulation_clamp_tangent
-
-  !> Adds the change of the records of medium m by the stored slopes of stiffness, with the change `joints` of K_joints between
-  !> the modes, or of size 0.
-  subroutine project_stiffness_change(self, m, joints, column)
-    class(series_simulation_t), intent(inout) :: self
-    integer, intent(in) :: m
-    real(rp), intent(in) :: joints(:, :)
-    real(rp), intent(inout) :: column(:)
-    type(ring_change_t) :: change
-    change%stiffness = self%slopes%force
-    change%mass = no_matrix()
-    change%joints = joints
-    call project_change(self, m, change, column)
-  end subroutine project_stiffness_change
 
   !> Returns the change of the residuals by a change of the masses; see motion_simulation_t.
   subroutine simulation_mass_tangent(self, number, effects, column)
@@ -285,44 +294,37 @@ contains
     integer, intent(in) :: number
     type(mass_effects_t), intent(in) :: effects
     real(rp), intent(out) :: column(:)
-    type(ring_change_t) :: change
-    integer :: m, i
+    integer :: m
     column = 0
     do m = 1, 2
       if (.not. self%is_used(m)) cycle
       call self%parts%derivative(effects, self%density(m), number, self%slope)
-      call self%modal(m)%slopes_of_mass(self%slope, self%same, self%slopes)
-      change%stiffness = no_matrix()
-      change%joints = no_matrix()
-      change%mass = self%slopes%force
-      do i = 1, self%n_modes
-        change%mass(:, i) = -change%mass(:, i)/self%modal(m)%lambda(i)
-        self%slopes%shapes(:, :, i) = self%slopes%shapes(:, :, i) + 0.5_rp*change%mass(i, i)*self%modal(m)%shapes(:, :, i)
-      end do
-      call project_change(self, m, change, column)
+      call prepare_slopes(self, m)
+      call self%slopes(m)%by_mass(self%modal(m), self%slope)
+      call project_change(self, m, no_matrix(), column)
     end do
   end subroutine simulation_mass_tangent
 
-  !> Finds the change of the records in medium m by a change of stiffness and mass, with the slopes of the modes, which are W.
-  !> change%joints comes with the change of K_joints between the modes, or has size 0.
-  subroutine project_change(self, m, change, column)
+  !> Adds the change of the records in medium m by the last parameter of the slopes, whose change of the masses is self%slope.
+  !> `joints` is the change of K_joints between the modes, or has size 0.
+  subroutine project_change(self, m, joints, column)
     class(series_simulation_t), intent(inout) :: self
     integer, intent(in) :: m
-    type(ring_change_t), intent(inout) :: change
+    real(rp), intent(in) :: joints(:, :)
     real(rp), intent(inout) :: column(:)
+    type(ring_change_t) :: change
     real(rp), allocatable :: seen(:, :), moved(:, :)
     integer :: i
+    change = self%slopes(m)%change
+    change%joints = joints
     if (abs(self%damping%joints) > 0) then
-      moved = products(self%slopes%shapes, self%stiff(:, :, :, m))
-      if (size(change%joints) == 0) change%joints = 0*moved
+      moved = products(self%slopes(m)%shapes, self%stiff(:, :, :, m))
+      if (size(joints) == 0) change%joints = 0*moved
       change%joints = change%joints + moved + transpose(moved)
     end if
     do i = 1, size(self%series)
       if (self%series(i)%medium /= m) cycle
-      change%observation = observation_matrix(self%series(i), self%sites(:, i), self%slopes%shapes)
-      change%across = self%slopes%shapes(3, :size(self%area), :)
-      change%forcing = forcing_vector(self%series(i), self%excited_sites(i), self%mass(:, :, m), self%slopes%shapes)
-      change%shaken = -inertia_along(self%mass(:, :, m), ACROSS, self%slopes%shapes)
+      call self%slopes(m)%take(self%first_view(i), size(self%series(i)%sigma), size(self%area), change)
       if (size(change%mass) > 0) &
         change%shaken = change%shaken - inertia_along(self%slope, ACROSS, self%modal(m)%shapes(:, :, :self%n_modes))
       if (size(change%mass) > 0 .and. self%series(i)%excitation == EXCITED_BASE) &

@@ -19,9 +19,9 @@ module common_diagnose_keys
   public :: diagnose_choices_t, flight_choices_t, diagnose_keys, register_diagnose_keys, write_diagnose_reference, REFINES
 
   !> Whether a finer mesh is used: not stated, for its error, for all fits, or not at all.
-  integer, parameter, public :: REFINE_UNSTATED = 0, REFINE_YES = 1, REFINE_FIT = 2, REFINE_NO = 3
-  type(named_kind_t), parameter :: REFINES(3) = [named_kind_t('yes', REFINE_YES), named_kind_t('fit', REFINE_FIT), &
-                                                 named_kind_t('no', REFINE_NO)]
+  integer, parameter, public :: REFINE_UNSTATED = 0, REFINE_YES = 1, REFINE_FIT = 2, REFINE_NO = 3, REFINE_AUTO = 4
+  type(named_kind_t), parameter :: REFINES(4) = [named_kind_t('auto', REFINE_AUTO), named_kind_t('yes', REFINE_YES), &
+                                                 named_kind_t('fit', REFINE_FIT), named_kind_t('no', REFINE_NO)]
   integer, parameter, public :: NOISE_ESTIMATED = 1, NOISE_DECLARED = 2
   type(named_kind_t), parameter :: NOISES(2) = [named_kind_t('estimated', NOISE_ESTIMATED), &
                                                 named_kind_t('declared', NOISE_DECLARED)]
@@ -44,7 +44,7 @@ module common_diagnose_keys
   type :: diagnose_choices_t
     character(:), allocatable :: parameters
     real(rp) :: prior_decades = 1, membrane_sd = 0
-    integer :: refine = REFINE_YES, noise = NOISE_ESTIMATED
+    integer :: refine = REFINE_AUTO, noise = NOISE_ESTIMATED
     integer :: n_starts = 1
     integer :: observations = 0             !< largest number of observations
     type(flight_choices_t) :: flight
@@ -93,10 +93,12 @@ contains
     call keys%real('membrane_sd', c%membrane_sd, 0.1_rp, &
                    'prior standard deviation of log D; a change of D within it is not reported as a cause, because a mesh '// &
                    'changes the effective D by 5 to 15 % (docs/guide/synthetic-measurements.md)', min=0.0_rp, max=3.0_rp)
-    call keys%kind('refine', c%refine, 'yes', REFINES, 'yes: also fit the baseline on a mesh with half the edge length, '// &
+    call keys%kind('refine', c%refine, 'auto', REFINES, 'yes: also fit the baseline on a mesh with half the edge length, '// &
                    'and count the difference as an error; fit: also run the whole diagnosis on the fine mesh, which takes '// &
-                   'several times as long; no: count no error of the mesh, for data that were computed on the same mesh; the '// &
-                   'options --refine, --refine=fit and --no-refine override this key')
+                   'several times as long; auto: fit, if the data are natural modes or records of motion alone, and the '// &
+                   'difference of the meshes has a signal-to-noise ratio above sqrt(6), which could decide between two causes; '// &
+                   'yes otherwise; no: count no error of the mesh, for data that were computed on the same mesh; the '// &
+                   'options --refine=.. and --no-refine override this key')
     call keys%integer('starts', c%n_starts, 3, 'number of starting points of the baseline fit: the values of [Wing], then '// &
                       'random points', min=1, max=100)
     call keys%integer('observations', c%observations, 1600, 'largest number of observations; heights are averaged over '// &

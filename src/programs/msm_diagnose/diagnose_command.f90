@@ -4,7 +4,7 @@ module diagnose_command
   use base_errors, only: message_list_t
   use base_named_kinds, only: word_of
   use common_arguments, only: arguments_t, parse_arguments, print_lines
-  use common_diagnose_keys, only: REFINES, REFINE_FIT, REFINE_NO, REFINE_UNSTATED, REFINE_YES
+  use common_diagnose_keys, only: REFINES, REFINE_AUTO, REFINE_FIT, REFINE_NO, REFINE_UNSTATED, REFINE_YES
   implicit none
   private
   public :: diagnose_command_t, parse_diagnose_command, print_diagnose_usage
@@ -19,6 +19,7 @@ module diagnose_command
     integer :: action = DIAGNOSE_RUN
     character(:), allocatable :: ini !< parameter file
     integer :: refine = REFINE_UNSTATED !< REFINE_*, instead of [Diagnose] refine
+    logical :: is_again = .false.       !< the same input is read once more: its notices are printed
     logical :: wants_code = .false.     !< the exit code of a diagnosis is that of its verdict, and not 0
   end type diagnose_command_t
 
@@ -29,10 +30,11 @@ contains
     type(diagnose_command_t), intent(out) :: command
     type(message_list_t), intent(inout) :: errors
     type(arguments_t) :: arguments
-    integer, parameter :: N = 5
-    character(12), parameter :: FLAGS(N + 1) = [character(12) :: &
-                                '--refine', '--refine=yes', '--refine=fit', '--refine=no', '--no-refine', '--exit-code']
-    integer, parameter :: CHOICES(N) = [REFINE_YES, REFINE_YES, REFINE_FIT, REFINE_NO, REFINE_NO]
+    integer, parameter :: N = 6
+    character(13), parameter :: FLAGS(N + 1) = [character(13) :: &
+                                '--refine', '--refine=yes', '--refine=fit', '--refine=no', '--no-refine', &
+                                '--refine=auto', '--exit-code']
+    integer, parameter :: CHOICES(N) = [REFINE_YES, REFINE_YES, REFINE_FIT, REFINE_NO, REFINE_NO, REFINE_AUTO]
     integer :: i
     call parse_arguments(ACTIONS, FLAGS, .false., arguments, errors)
     command%action = DIAGNOSE_RUN + arguments%action
@@ -52,13 +54,14 @@ contains
   !> Prints on `unit` how the program is called.
   subroutine print_diagnose_usage(unit)
     integer, intent(in) :: unit
-    character(*), parameter :: LINES(22) = [character(84) :: &
+    character(*), parameter :: LINES(23) = [character(84) :: &
                                             'usage: mpirun -n RANKS msm_diagnose FILE.ini [options]', &
                                             '', &
                                           '  --check             print every effective value and where it comes from', &
                                   '  --plan              predict what the loads can show; no heights are needed', &
                                             '  --refine            count the effect of the mesh as an error', &
                                             '  --refine=fit        as --refine, and fit everything on the finer mesh', &
+                                            '  --refine=auto       the one or the other, as the error of the mesh demands', &
                                             '  --refine=no, or', &
                                             '  --no-refine         count no error of the mesh: the data come from the same mesh', &
                                             '  --exit-code         end a diagnosis with the exit code of its verdict', &

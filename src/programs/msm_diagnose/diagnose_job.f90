@@ -5,6 +5,7 @@ module diagnose_job
   use base_build, only: BUILD_COMMIT, BUILD_VERSION
   use base_checksum, only: checksum_text
   use base_errors, only: failure_t, message_list_t
+  use base_decimal, only: fixed
   use base_kinds, only: i8, rp
   use base_named_kinds, only: word_of
   use base_outcome, only: outcome_t, OUTCOME_MISTAKE, OUTCOME_NOT_CONVERGED, OUTCOME_STOPPED, OUTCOME_UNWRITABLE, &
@@ -26,7 +27,7 @@ module diagnose_job
   use diagnose_settings, only: diagnose_settings_t, load_diagnose_settings
   use diagnose_summary, only: print_verdict
   use diagnose_wing_flights, only: fly_wings
-  use diagnosis_discretisation, only: discretisation_error_t
+  use diagnosis_discretisation, only: discretisation_error_t, DECISIVE_SNR
   use diagnosis_flight_comparison, only: compare_flights
   use diagnosis_further_runs, only: further_runs_t
   use diagnosis_mode_report, only: describe_modes
@@ -57,6 +58,7 @@ module diagnose_job
     type(discretisation_error_t) :: discretisation
     type(further_runs_t) :: further
     logical :: has_discretisation = .false. !< the error of the mesh can be estimated
+    logical, private :: has_compared = .false. !< this error is known
     logical :: is_over = .false.            !< there is nothing left to do
     type(lock_t), private :: lock !< of the files, on rank 0
     type(journal_t), private :: journal !< of all computed results, on rank 0
@@ -64,9 +66,11 @@ module diagnose_job
   contains
     procedure :: load => diagnose_load
     procedure :: begin => diagnose_begin
+    procedure :: compare_meshes => diagnose_compare_meshes
     procedure :: lead => diagnose_lead
     procedure :: serve => diagnose_serve
     procedure :: shut_down => diagnose_shut_down
+    procedure :: free => diagnose_free
     procedure :: finish => diagnose_finish
   end type diagnose_t
 
@@ -84,7 +88,7 @@ contains
     if (errors%count() > 0) call self%outcome%end_as(OUTCOME_MISTAKE)
     if (world%is_root .and. errors%count() > 0) then
       call errors%print(error_unit, '')
-    else if (world%is_root) then
+    else if (world%is_root .and. .not. command%is_again) then
       call print_notices(notices, command%action == DIAGNOSE_CHECK)
     end if
     flush (error_unit)
@@ -125,6 +129,37 @@ contains
     if (self%settings%choices%flight%compare) call self%further%take_runner(self%settings%runner)
   end subroutine diagnose_begin
 
+  !> Finds the error of the mesh if it decides which mesh the fits use. `wants_finer` tells whether it is so large that they are to
+  !> use the finer mesh, and not that of this diagnosis. Collective.
+  subroutine diagnose_compare_meshes(self, wants_finer)
+    class(diagnose_t), intent(inout), target :: self
+    logical, intent(out) :: wants_finer
+    integer :: answer
+    wants_finer = .false.
+    if (self%is_over .or. .not. (self%has_discretisation .and. self%settings%chooses_mesh)) return
+    if (self%world%is_root) then
+      call find_mesh_error(self)
+      wants_finer = self%discretisation%is_found .and. self%discretisation%snr > DECISIVE_SNR
+      if (wants_finer) write (error_unit, '(a)') 'notice: a mesh of half the size changes the motion by a signal-to-noise '// &
+        'ratio of '//fixed(self%discretisation%snr, 1)//', more than the '//fixed(DECISIVE_SNR, 1)//' that may decide between '// &
+        'two causes: all fits use this mesh. With refine = yes they use that of the file, and the change counts as an error'
+      flush (error_unit)
+    else
+      call self%discretisation%serve_first(self%simulator)
+    end if
+    self%has_compared = .true.
+    answer = self%world%max_integer(merge(1, 0, wants_finer))
+    wants_finer = answer == 1
+  end subroutine diagnose_compare_meshes
+
+  !> Finds the error of the mesh, or prints that there is none. On rank 0; the others are in `serve_first` of the error.
+  subroutine find_mesh_error(self)
+    class(diagnose_t), intent(inout), target :: self
+    call self%discretisation%find(self%settings, self%simulator)
+    if (.not. self%discretisation%is_found) write (error_unit, '(a)') 'notice: the error of the mesh is not estimated '// &
+      'and not counted: the fit on one of the two meshes failed'
+  end subroutine find_mesh_error
+
   !> Prints what the flights cost, and simulates them unless this is a plan. Collective.
   subroutine fly(self, command)
     class(diagnose_t), intent(inout) :: self
@@ -163,11 +198,7 @@ contains
       return
     end if
     call begin_journal(self, command)
-    if (self%has_discretisation) then
-      call self%discretisation%find(self%settings, self%simulator)
-      if (.not. self%discretisation%is_found) write (error_unit, '(a)') 'notice: the error of the mesh is not estimated '// &
-        'and not counted: the fit on one of the two meshes failed'
-    end if
+    if (self%has_discretisation .and. .not. self%has_compared) call find_mesh_error(self)
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%outcome%failure, &
                        store, self%further)
     if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
@@ -260,6 +291,7 @@ contains
   subroutine diagnose_serve(self)
     class(diagnose_t), intent(inout) :: self
     if (self%is_over) return
+    if (self%has_discretisation .and. .not. self%has_compared) call self%discretisation%serve_first(self%simulator)
     call self%further%serve()
   end subroutine diagnose_serve
 
@@ -300,8 +332,14 @@ contains
     ! After a stop or a full disk, the journal is kept for a later run.
     call self%journal%finish(all(self%outcome%kind /= [OUTCOME_UNWRITABLE, OUTCOME_STOPPED]))
     call self%lock%release()
-    call self%simulator%free()
-    if (self%has_discretisation) call self%discretisation%free()
+    call self%free()
     call agree_on_outcome(self%world, self%outcome)
   end subroutine diagnose_finish
+
+  !> Releases the simulators. Collective.
+  subroutine diagnose_free(self)
+    class(diagnose_t), intent(inout) :: self
+    call self%simulator%free()
+    if (self%has_discretisation) call self%discretisation%free()
+  end subroutine diagnose_free
 end module diagnose_job

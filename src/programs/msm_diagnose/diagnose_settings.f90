@@ -6,7 +6,7 @@ module diagnose_settings
   use base_kinds, only: rp
   use common_bending_case, only: bending_input_t, load_bending_case, load_input
   use common_diagnose_keys, only: diagnose_choices_t, diagnose_keys, register_diagnose_keys, DRAWS_NONE, NOISE_DECLARED, &
-                                  REFINE_FIT, REFINE_NO, REFINE_UNSTATED
+                                  REFINE_AUTO, REFINE_FIT, REFINE_NO, REFINE_UNSTATED
   use common_measurement_keys, only: read_measurement_keys
   use common_overwrite_guard, only: refuse_overwriting
   use common_wing_fragment, only: wing_lines
@@ -78,6 +78,8 @@ contains
                                                'must hold parameters of the wing only, none of the measurement')
     if (errors%count() > 0) return
     if (s%fits_finer) call take_finer(s)
+    s%chooses_mesh = s%chooses_mesh .and. s%measurement%moves() .and. size(s%measurement%loads) == 0 .and. &
+                     s%measurement%count_flights() == 0
     call check_modes(s, errors)
     s%flights%free = s%free_parameters%numbers
     if (errors%count() == 0) call load_flights(s%config, s%choices%flight, s%measurement, world, s%runner, s%flights, &
@@ -205,6 +207,7 @@ contains
       if (refine /= REFINE_UNSTATED) choice = refine
       s%finds_discretisation = choice /= REFINE_NO
       s%fits_finer = choice == REFINE_FIT
+      s%chooses_mesh = choice == REFINE_AUTO
       s%options = c%options
       s%proposals = c%proposals
       s%options%is_scale_known = c%noise == NOISE_DECLARED

@@ -5,7 +5,7 @@ program msm_diagnose
   use base_errors, only: message_list_t
   use base_outcome, only: exit_code_of, OUTCOME_DONE, OUTCOME_MISTAKE
   use base_process, only: exit_with, launched_rank
-  use common_diagnose_keys, only: write_diagnose_reference
+  use common_diagnose_keys, only: write_diagnose_reference, REFINE_FIT
   use common_version, only: print_version
   use diagnose_causes_reference, only: write_causes_reference
   use diagnose_command, only: diagnose_command_t, parse_diagnose_command, print_diagnose_usage, DIAGNOSE_CAUSES, &
@@ -15,8 +15,10 @@ program msm_diagnose
   implicit none
   type(diagnose_command_t) :: command
   type(message_list_t) :: errors
-  type(diagnose_t), target :: diagnose
+  type(diagnose_t), target :: diagnose, finer
+  type(diagnose_t), pointer :: job
   type(world_t) :: world
+  logical :: wants_finer
 
   call parse_diagnose_command(command, errors)
   ! Actions without MPI print their output once, also if a launcher starts several processes.
@@ -39,19 +41,29 @@ program msm_diagnose
   end if
 
   call world%start()
-  call diagnose%load(command, world)
-  if (diagnose%outcome%is_good() .and. command%action == DIAGNOSE_CHECK) then
-    if (world%is_root) call diagnose%settings%config%print_effective(output_unit)
-  else if (diagnose%outcome%is_good()) then
-    call diagnose%begin(command)
-    if (world%is_root) then
-      call diagnose%lead(command)
-      call diagnose%shut_down()
-    else
-      call diagnose%serve()
+  job => diagnose
+  call job%load(command, world)
+  if (job%outcome%is_good() .and. command%action == DIAGNOSE_CHECK) then
+    if (world%is_root) call job%settings%config%print_effective(output_unit)
+  else if (job%outcome%is_good()) then
+    call job%begin(command)
+    call job%compare_meshes(wants_finer)
+    if (wants_finer) then
+      call job%free()
+      command%refine = REFINE_FIT
+      command%is_again = .true.
+      job => finer
+      call job%load(command, world)
+      call job%begin(command)
     end if
-    call diagnose%finish()
+    if (world%is_root) then
+      call job%lead(command)
+      call job%shut_down()
+    else
+      call job%serve()
+    end if
+    call job%finish()
   end if
   call world%stop()
-  call exit_with(diagnose%outcome%exit_code())
+  call exit_with(job%outcome%exit_code())
 end program msm_diagnose

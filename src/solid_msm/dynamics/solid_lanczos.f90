@@ -4,7 +4,7 @@
 !> needed for multiple eigenvalues.
 module solid_lanczos
   use base_kinds, only: rp
-  use base_lapack, only: orthogonalise, symmetric_eigen
+  use base_lapack, only: multiply, multiply_transposed, orthogonalise, symmetric_eigen
   implicit none
   private
   public :: symmetric_operator_t, find_largest
@@ -66,7 +66,9 @@ contains
         s = s(:, m:m - n_vectors + 1:-1)
         values = values(m:m - n_vectors + 1:-1)
         residual = maxval(norm2(matmul(r, s(m - b + 1:, :)), 1)/values)
-        x = matmul(q(:, :m), s)
+        if (allocated(x)) deallocate (x)
+        allocate (x(n, n_vectors), source=0.0_rp)
+        call multiply(1.0_rp, q(:, :m), s, x)
         if (m == n .or. residual < tolerance) exit
       end if
       v = w
@@ -80,10 +82,10 @@ contains
 
     !> Removes from a(n, b) its components in the space of the first m vectors, and returns these components.
     function project(a) result(components)
-      real(rp), intent(inout) :: a(:, :)
+      real(rp), intent(inout), contiguous :: a(:, :)
       real(rp) :: components(m, size(a, 2))
-      components = matmul(transpose(q(:, :m)), a)
-      a = a - matmul(q(:, :m), components)
+      call multiply_transposed(q(:, :m), a, components)
+      call multiply(-1.0_rp, q(:, :m), components, a)
     end function project
 
   end subroutine find_largest

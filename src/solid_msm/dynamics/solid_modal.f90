@@ -38,7 +38,7 @@ module solid_modal
   use solid_vectors, only: cross, IDENTITY
   implicit none
   private
-  public :: modal_t, mode_slopes_t
+  public :: changed_forces, flexibility, modal_t, mode_slopes_t, note_stiffness, solve_beside
 
   !> The modes of one wing; one per thread.
   type, extends(symmetric_operator_t) :: modal_t
@@ -48,15 +48,16 @@ module solid_modal
     real(rp) :: residual = 0                 !< largest |F M phi lambda - phi|, with |phi| = 1 in the metric of M
     type(solid_model_t) :: model             !< its parameters may be set before `solve`
     type(solid_model_t), private :: probe    !< its stiffness is replaced by a direction of stiffness
-    type(equilibrium_t), private :: work
+    type(equilibrium_t) :: work              !< holds the factors of K after `solve`
     type(load_t), private :: load
-    logical, private :: is_bent = .false.
+    logical :: is_bent = .false.             !< the shape about which the wing vibrates is not the unloaded one
     real(rp), private :: gravity(3) = 0      !< [m/s^2] part of the load
     !> (3, n_all) [m] the shape about which the wing vibrates, its rounding error, and its change
     real(rp), allocatable, private :: u(:, :), low(:, :), du(:, :)
-    real(rp), allocatable, private :: blocks(:, :, :), mass(:), root_mass(:), turns(:, :), x(:, :)
-    real(rp), allocatable, private :: bent(:, :), moment(:, :) !< psi, and the moment on the clamp
-    real(rp), allocatable, private :: flat(:, :) !< (3 n_free, n_modes) the shapes at the movable points
+    real(rp), allocatable, private :: blocks(:, :, :), mass(:), x(:, :)
+    real(rp), allocatable :: root_mass(:), turns(:, :) !< M^(1/2); R
+    real(rp), allocatable :: bent(:, :), moment(:, :) !< psi, and the moment on the clamp
+    real(rp), allocatable :: flat(:, :) !< (3 n_free, n_modes) the shapes at the movable points
     real(rp), private :: compliance(2) = 0   !< [rad/(N m)] about x and y
   contains
     procedure :: init => modal_init
@@ -207,8 +208,7 @@ contains
     class(modal_t), intent(in) :: self
     real(rp), intent(in) :: x(:, :)
     real(rp) :: z(size(x, 1), size(x, 2))
-    z = spread(self%root_mass, 2, size(x, 2))*x
-    z = spread(self%root_mass, 2, size(x, 2))*flexibility(self, z)
+    z = spread(self%root_mass, 2, size(x, 2))*flexibility(self, spread(self%root_mass, 2, size(x, 2))*x)
   end function flexible
 
   !> Computes F b, column by column.
@@ -238,6 +238,14 @@ contains
     type(stiffness_t), intent(in) :: direction
     logical, intent(in) :: same(:, :) !< modes i and j belong to one cluster
     type(mode_slopes_t), intent(inout) :: slopes
+    call note_stiffness(self, direction)
+    call find_slopes(self, changed_forces(self, size(same, 1)), 0*self%mass, [0.0_rp, 0.0_rp], same, slopes)
+  end subroutine modal_slopes_of_stiffness
+
+  !> Makes later calls of `changed_forces` belong to a change of all stiffness along `direction` (solid_stiffness_effects).
+  subroutine note_stiffness(self, direction)
+    class(modal_t), intent(inout) :: self
+    type(stiffness_t), intent(in) :: direction
     real(rp) :: axial(self%model%springs%n)
     if (self%is_bent) call direction_sensitivity(self%work, self%model, self%u, direction, self%du)
     self%probe%stiffness = direction
@@ -246,8 +254,7 @@ contains
     self%probe%springs%width = self%model%springs%width
     call extension_axial(self%probe%springs, direction%extension, self%u, axial, step=self%low)
     call assemble_tangent(self%probe, self%u, axial, .false., self%blocks)
-    call find_slopes(self, changed_forces(self, size(same, 1)), 0*self%mass, [0.0_rp, 0.0_rp], same, slopes)
-  end subroutine modal_slopes_of_stiffness
+  end subroutine note_stiffness
 
   !> Returns the slopes when the masses, and with them the weight, change along direction(3, n_all) [kg per unit].
   subroutine modal_slopes_of_mass(self, direction, same, slopes)
@@ -302,9 +309,7 @@ contains
     real(rp), dimension(size(self%lambda), size(bent, 2)) :: c, by_mass
     integer :: n, i, j
     n = size(bent, 2)
-    do i = 1, n
-      inert(:, i) = self%lambda(i)*dm*self%flat(:, i)
-    end do
+    inert = spread(self%lambda(:n), 1, size(dm))*spread(dm, 2, n)*self%flat(:, :n)
     call multiply_transposed(self%bent, bent, c)
     call multiply_transposed(self%flat, inert, by_mass)
     do i = 1, n
