@@ -8,6 +8,7 @@ module inference_top_candidates
   use inference_design, only: is_part_of
   use inference_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
   use inference_record, only: compress_at, diagnosis_options_t, model_t, refit_t, tests_t, LARGEST_SCALE
+  use inference_places, only: place_found
   use inference_refine_location, only: refine_location
   use inference_refit, only: fit_nested, nested_fit_t, loose_options
   use inference_simulator, only: simulator_t
@@ -302,6 +303,12 @@ contains
     logical :: is_better
     integer :: n
     other = one
+    other%candidate = place_found(simulator, model%design, model%design%candidates(one%candidate)%effect)
+    if (other%candidate > 0 .and. other%candidate /= one%candidate) then
+      call fit_extended(simulator, options, model, tests, [other%candidate], other%found, one)
+      call replace_if_better(simulator, model, tests, WORTH*tests%scale, hypotheses, other, one, is_better)
+    end if
+    other = one
     do n = 1, MOST
       call refine_location(simulator, model%design, model%whitener, one%candidate, one%found, other%candidate, gain)
       if (other%candidate == 0 .or. gain < WORTH*tests%scale) return
@@ -353,6 +360,7 @@ contains
         q(old) = simulator%parameters(old)%null
         if (size(new) == size(old)) q(new) = near%found%q(old)
         if (size(new) < size(old)) q(new) = near%found%q(new)
+        call simulator%take_places(q)
       end associate
       allocate (state, source=model%baseline%state)
       call state%take_shapes(near%found%state)

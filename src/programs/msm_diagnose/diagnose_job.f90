@@ -170,6 +170,7 @@ contains
     end if
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%outcome%failure, &
                        store, self%further)
+    self%settings%catalogue%effects = self%simulator%effects ! with the places that were found
     if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
     call self%outcome%classify(OUTCOME_NOT_CONVERGED)
     if (self%outcome%failure%failed) return
