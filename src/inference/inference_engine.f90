@@ -176,7 +176,8 @@ contains
   end subroutine validate_baseline
 
   !> Adds to the design finer positions about the best one of each effect by the `tests` of the scan, and the places that
-  !> searches find. The residual degrees of freedom stay those of the scan. `state` belongs to the fit of the baseline, before and after. Fails as build_design does.
+  !> searches find. The residual degrees of freedom stay those of the scan. `state` belongs to the fit of the baseline, before and
+  !> after. Fails as build_design does.
   subroutine refine_design(simulator, tests, state, model, has_finer, failure)
     class(simulator_t), intent(inout), target :: simulator
     type(tests_t), intent(in) :: tests

@@ -12,7 +12,7 @@ module inference_places
   private
   public :: find_places, place_found
 
-  integer, parameter :: N_STARTS = 3         !< places of the scan at which a search begins
+  integer, parameter :: N_STARTS = 12        !< most places of the scan at which a search begins
   !> Least log evidence of an effect that is worth a search, as a fraction of the largest one: tangents at the baseline may miss a
   !> part of a strong effect.
   real(rp), parameter :: SHARE = 0.5_rp
@@ -47,7 +47,7 @@ contains
       search%worth = WORTH*tests%scale
       call search%run(starts, strengths, model%baseline%q, model%baseline%state, found)
       if (.not. found%is_valid) cycle
-      call simulator%settle_place(e, found%at)
+      call simulator%settle_place(e, found%at, found%q(search%strength))
       call simulator%take_places(model%baseline%q)
       has_place = .true.
     end do

@@ -6,12 +6,12 @@ module diagnosis_wing_places
   use base_parameter, only: define_parameter, parameter_t
   use diagnosis_wing_entries, only: append_variant, catalogue_t, millimetres
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMAGE, KIND_SITE
-  use inference_simulator, only: variant_t
+  use inference_simulator, only: effect_t, variant_t
   use measurement_experiment, only: experiment_t
   use measurement_material_point, only: find_material_point
   implicit none
   private
-  public :: append_anywhere, append_place, enter_anywhere, is_on_wing, place_label
+  public :: append_anywhere, append_place, enter_anywhere, is_on_wing, take_places
 
   real(rp), parameter :: RADIUS_STEP = 0.4_rp !< first step of a search, of the logarithm of a radius
 
@@ -50,20 +50,21 @@ contains
     n = size(c%parameters) + 1
     strength%partner = n + 1
     n = c%add(strength)
-    call add_coordinate('x', minval(e%model%points(1, :)), maxval(e%model%points(1, :)), step)
-    call add_coordinate('y', minval(e%model%points(2, :)), maxval(e%model%points(2, :)), step)
-    if (size(radii) == 2) call add_coordinate('radius', log(radii(1)), log(radii(2)), RADIUS_STEP)
+    call add_coordinate('x', .false., minval(e%model%points(1, :)), maxval(e%model%points(1, :)), step)
+    call add_coordinate('y', .false., minval(e%model%points(2, :)), maxval(e%model%points(2, :)), step)
+    if (size(radii) == 2) call add_coordinate('radius', .true., log(radii(1)), log(radii(2)), RADIUS_STEP)
     call append_variant(variants, '', n, [0.0_rp, 0.0_rp])
     variants(size(variants))%is_finer = .true.
 
   contains
 
-    subroutine add_coordinate(name, lower, upper, first)
+    subroutine add_coordinate(name, is_log, lower, upper, first)
       character(*), intent(in) :: name
+      logical, intent(in) :: is_log
       real(rp), intent(in) :: lower, upper, first
       type(parameter_t) :: p
       integer :: k
-      call define_parameter(p, one%name//'_'//name, 'm', name == 'radius', lower, upper)
+      call define_parameter(p, one%name//'_'//name, 'm', is_log, lower, upper)
       p%prior_sd = first
       k = c%add(wing_parameter(p, KIND_SITE, 0))
       ! Kind and number of the parameter that has this site distinguish the coordinates on any mesh.
@@ -82,6 +83,17 @@ contains
       effect%place_columns = [(k, k=first, first + size(effect%variants(1)%place) - 1)]
     end associate
   end subroutine enter_anywhere
+
+  !> Takes the effects of a diagnosis that has found places, with words for these.
+  subroutine take_places(c, effects)
+    type(catalogue_t), intent(inout) :: c
+    type(effect_t), intent(in) :: effects(:)
+    integer :: e
+    c%effects = effects
+    do e = 1, size(effects)
+      if (allocated(effects(e)%place)) c%effects(e)%variants(effects(e)%anywhere)%label = place_label(effects(e)%place)
+    end do
+  end subroutine take_places
 
   !> Tells whether the point with these coordinates is on the wing.
   pure logical function is_on_wing(e, place)

@@ -41,27 +41,30 @@ module inference_search_place
     integer :: effect = 0                 !< whose place is sought
     integer :: strength = 0               !< parameter of its variant at any place
     real(rp) :: worth = 0                 !< decrease of the sum of squares that makes a place better than another one
-    integer :: most = 60                  !< evaluations, after those at the starts
+    integer :: most = 60                  !< evaluations from one place, besides those at starts
     integer :: n_evaluations = 0
   contains
     procedure :: run => search_run
     procedure, private :: try => search_try
     procedure, private :: explore => search_explore
+    procedure, private :: is_near => search_is_near
   end type place_search_t
 
 contains
 
-  !> Searches from the best of the places starts(coordinates, :), at which the strengths are about strengths(:), with the baseline
-  !> at q. `from` is near all solutions. found%is_valid is false if there is no result at any start. Not collective: it evaluates
-  !> the simulator on rank 0 in an order that depends on nothing else, so that the result does not depend on the number of ranks.
+  !> Searches from the best of the places starts(coordinates, :), and from the best one that is not near to it. The strengths there
+  !> are about strengths(:), and the baseline is at q. `from` is near all solutions. found%is_valid is false if there is no result
+  !> at any start. Rank 0 calls it, and its order of places depends on nothing else: results do not depend on the number of ranks.
   subroutine search_run(self, starts, strengths, q, from, found)
     class(place_search_t), intent(inout) :: self
     real(rp), intent(in) :: starts(:, :), strengths(:), q(:)
     class(solver_state_t), intent(in) :: from
     type(place_t), intent(out) :: found
-    type(place_t) :: one
+    type(place_t) :: one, second
+    type(place_t), allocatable :: tried(:)
     real(rp) :: begin(size(q))
     integer :: i, k
+    allocate (tried(size(strengths)))
     do i = 1, size(strengths)
       begin = q
       begin(self%strength) = strengths(i)
@@ -70,10 +73,28 @@ contains
         if (.not. one%is_valid) exit
         begin = one%q
       end do
+      tried(i) = one
       if (one%is_valid .and. one%cost < found%cost) found = one
     end do
-    if (found%is_valid) call self%explore(from, found)
+    if (.not. found%is_valid) return
+    do i = 1, size(tried)
+      if (.not. tried(i)%is_valid .or. self%is_near(tried(i)%at, found%at)) cycle
+      if (tried(i)%cost < second%cost) second = tried(i)
+    end do
+    call self%explore(from, found)
+    if (second%is_valid) call self%explore(from, second)
+    if (second%cost < found%cost) found = second
   end subroutine search_run
+
+  !> Tells whether two places are so near that a search from one of them reaches the other: by at most three steps in each
+  !> coordinate.
+  pure logical function search_is_near(self, one, other) result(is_near)
+    class(place_search_t), intent(in) :: self
+    real(rp), intent(in) :: one(:), other(:)
+    associate (columns => self%simulator%effects(self%effect)%place_columns)
+      is_near = all(abs(one - other) <= 3*self%simulator%parameters(columns)%prior_sd)
+    end associate
+  end function search_is_near
 
   !> Moves `best` along the coordinates of the place as long as the sum of squares decreases, with smaller and smaller steps.
   subroutine search_explore(self, from, best)

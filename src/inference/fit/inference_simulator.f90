@@ -41,6 +41,7 @@ module inference_simulator
     integer :: anywhere = 0
     integer, allocatable :: place_columns(:)  !< the parameters of that place, which belong to no variant
     real(rp), allocatable :: place(:)         !< what a search has found
+    real(rp) :: strength = 0                  !< about the best one there
   contains
     procedure :: is_testable => effect_is_testable
   end type effect_t
@@ -87,7 +88,6 @@ module inference_simulator
     procedure :: take_places => simulator_take_places
     procedure :: has_place => simulator_has_place
     procedure :: settle_place => simulator_settle_place
-    procedure :: name_place => simulator_name_place
     procedure :: has_common_errors => simulator_has_common_errors
     procedure :: independent_fraction => simulator_independent_fraction
   end type simulator_t
@@ -231,27 +231,17 @@ contains
   end function simulator_has_place
 
   !> Puts the variant of effect e that may be anywhere at a place with these coordinates, and releases it. The first two are its
-  !> position [m].
-  subroutine simulator_settle_place(self, e, place)
+  !> position [m]; `strength` is about the best value of its parameter.
+  subroutine simulator_settle_place(self, e, place, strength)
     class(simulator_t), intent(inout) :: self
     integer, intent(in) :: e
-    real(rp), intent(in) :: place(:)
+    real(rp), intent(in) :: place(:), strength
     associate (effect => self%effects(e))
       effect%place = place
+      effect%strength = strength
       effect%variants(effect%anywhere)%place = place
       effect%variants(effect%anywhere)%site = place(:2)
-      effect%variants(effect%anywhere)%label = self%name_place(place)
       effect%variants(effect%anywhere)%is_released = .true.
     end associate
   end subroutine simulator_settle_place
-
-  !> Returns the words for a place with these coordinates.
-  function simulator_name_place(self, place) result(label)
-    class(simulator_t), intent(in) :: self
-    real(rp), intent(in) :: place(:)
-    character(:), allocatable :: label
-    label = ''
-    associate (unused => self, nothing => place)
-    end associate
-  end function simulator_name_place
 end module inference_simulator

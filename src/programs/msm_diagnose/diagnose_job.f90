@@ -34,6 +34,7 @@ module diagnose_job
   use diagnosis_next_measurement, only: next_measurement_t, rank_measurements
   use diagnosis_noise, only: check_declared_variance
   use diagnosis_unknown, only: describe_unknown, unknown_t
+  use diagnosis_wing_places, only: take_places
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_zeros, only: compare_zeros, zeros_t
   use inference_engine, only: diagnosis_t, run_diagnosis
@@ -170,7 +171,7 @@ contains
     end if
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%outcome%failure, &
                        store, self%further)
-    self%settings%catalogue%effects = self%simulator%effects ! with the places that were found
+    call take_places(self%settings%catalogue, self%simulator%effects)
     if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
     call self%outcome%classify(OUTCOME_NOT_CONVERGED)
     if (self%outcome%failure%failed) return

@@ -121,11 +121,12 @@ contains
   subroutine test_settled()
     real(rp) :: q(size(TRUTH))
     call test%check('before, the variant is not tried', .not. sheet%effects(1)%variants(1)%is_tried())
-    call sheet%settle_place(1, TRUTH(5:7))
+    call sheet%settle_place(1, TRUTH(5:7), TRUTH(P_PATCH))
     q = sheet%null_point()
     call test%check('then it is', sheet%effects(1)%variants(1)%is_tried())
     call test%check('at its place', all(abs(q(5:7) - TRUTH(5:7)) <= 0) .and. all(abs(sheet%effects(1)%variants(1)%site - &
                                                                                      TRUTH(5:6)) <= 0))
     call test%check('without strength', abs(q(P_PATCH)) <= 0)
+    call test%check('but that is known', abs(sheet%effects(1)%strength - TRUTH(P_PATCH)) <= 0)
   end subroutine test_settled
 end program test_search_place
