@@ -83,7 +83,7 @@ def test_tip(case):
     verdict = found["verdict"]
     check(code in (NAMED, SET) and verdict["set"] == ["point_mass"], verdict["sentence"])
     place = verdict["causes"][0]["place"]
-    check(max(abs(place[0] - TIP[0]), abs(place[1] - TIP[1])) < 0.7e-3, f"it is at {place}")
+    check(max(abs(place[0] - TIP[0]), abs(place[1] - TIP[1])) < 0.3e-3, f"it is at {place}")
     lower, best, upper = interval(found, "point_mass")
     check(2 * lower - best <= TIP[2] <= 2 * upper - best, f"{best} kg ({lower} to {upper})")
     entry, = found["data"]
