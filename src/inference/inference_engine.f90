@@ -13,7 +13,8 @@ module inference_engine
   use inference_decision, only: LEVEL
   use inference_design, only: build_design, design_t
   use inference_noise_fraction, only: find_noise_fraction
-  use inference_record, only: diagnosis_options_t, diagnosis_t, model_t, refit_t, LARGEST_SCALE
+  use inference_record, only: diagnosis_options_t, diagnosis_t, model_t, refit_t, tests_t, LARGEST_SCALE
+  use inference_places, only: find_places
   use inference_refine_location, only: add_finer
   use inference_refit, only: fit_baseline, nested_fit_t
   use inference_relinearisation, only: model_about, model_error_t, relinearise, relinearise_extended, relinearise_simulator
@@ -64,7 +65,7 @@ contains
       if (options%validates) call validate_baseline(simulator, options, d%initial_baseline, d%model, d%prediction%baseline)
       return
     end if
-    call refine_design(simulator, d%hypotheses%best, state, d%model, is_new, failure)
+    call refine_design(simulator, d%tests, state, d%model, is_new, failure)
     if (is_new .and. .not. failure%failed) call test_again(simulator, options, d%model, state, d%tests, failure)
     if (failure%failed) return
     call refit_top_candidates(simulator, options, d%model, d%tests, d%hypotheses, d%refits, d%decision)
@@ -174,17 +175,21 @@ contains
                   model%whitener%independent_fraction, options%fit, validation)
   end subroutine validate_baseline
 
-  !> Adds to the design finer positions about those of the leading candidates, `best` of each effect. The residual degrees of
-  !> freedom stay those of the scan. `state` belongs to the fit of the baseline, before and after. Fails as build_design does.
-  subroutine refine_design(simulator, best, state, model, has_finer, failure)
-    class(simulator_t), intent(inout) :: simulator
-    integer, intent(in) :: best(:)
+  !> Adds to the design finer positions about the best one of each effect by the `tests` of the scan, and the places that
+  !> searches find. The residual degrees of freedom stay those of the scan. `state` belongs to the fit of the baseline, before and
+  !> after. Fails as build_design does.
+  subroutine refine_design(simulator, tests, state, model, has_finer, failure)
+    class(simulator_t), intent(inout), target :: simulator
+    type(tests_t), intent(in) :: tests
     class(solver_state_t), allocatable, intent(inout) :: state
-    type(model_t), intent(inout) :: model
+    type(model_t), intent(inout), target :: model
     logical, intent(out) :: has_finer
     type(failure_t), intent(out) :: failure
     type(design_t) :: finer
-    call add_finer(simulator, model%design, best, has_finer)
+    logical :: has_place
+    call add_finer(simulator, model%design, tests%hypotheses%best, has_finer)
+    call find_places(simulator, tests, model, has_place)
+    has_finer = has_finer .or. has_place
     if (.not. has_finer) return
     call build_design(simulator, model%baseline%q, state, model%whitener%independent_fraction, finer, failure, model%design)
     if (failure%failed) return

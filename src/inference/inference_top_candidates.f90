@@ -6,8 +6,9 @@ module inference_top_candidates
   use inference_residual_checks, only: combined_log_p
   use inference_decision, only: decide, decision_t, rank_effects, VERDICT_UNKNOWN
   use inference_design, only: is_part_of
-  use inference_hypotheses, only: explain, explained_t, hypotheses_t, remainder_log_p
+  use inference_hypotheses, only: average_variants, explain, explained_t, hypotheses_t, remainder_log_p
   use inference_record, only: compress_at, diagnosis_options_t, model_t, refit_t, tests_t, LARGEST_SCALE
+  use inference_places, only: place_found
   use inference_refine_location, only: refine_location
   use inference_refit, only: fit_nested, nested_fit_t, loose_options
   use inference_simulator, only: simulator_t
@@ -130,7 +131,6 @@ contains
     type(hypotheses_t), intent(inout) :: hypotheses
     type(refit_t), intent(out) :: one
     type(refit_t) :: full
-    type(explained_t) :: alone
     logical :: is_better
     integer :: known ! index in queue%before
     known = findloc(model%design%candidates(queue%before%candidate)%effect, effect, 1)
@@ -138,12 +138,11 @@ contains
       one%candidate = queue%before(known)%candidate
       call fit_extended(simulator, options, model, tests, [one%candidate], one%found, queue%before(known))
     else
-      one%candidate = hypotheses%best(effect)
+      one%candidate = place_found(simulator, model%design, effect)
+      if (one%candidate == 0) one%candidate = hypotheses%best(effect)
       call fit_extended(simulator, options, model, tests, [one%candidate], one%found, is_loose=queue%is_last)
     end if
     if (.not. one%found%is_found) return
-    call explain(model%design, [one%candidate], tests%z, alone)
-    one%linear_gain = alone%square
     call apply_refit(simulator, model, tests, hypotheses, one)
     if (.not. queue%is_last .or. known > 0 .or. is_behind(hypotheses, effect)) return
     full = one
@@ -250,18 +249,21 @@ contains
     type(refit_t), intent(inout) :: one
     type(explained_t) :: alone
     type(failure_t) :: failure
-    real(rp) :: z(model%design%k), residual_square
+    real(rp) :: z(model%design%k), residual_square, most, average
+    integer :: best
     one%gain = (model%baseline%cost() - one%found%cost())/tests%scale
     call explain(model%design, [one%candidate], tests%z, alone)
+    one%linear_gain = alone%square
     call compress_at(simulator, one%found%q, one%found%state, model%design, z, residual_square, failure)
     if (failure%failed) return
     z = z/sqrt(tests%scale)
     z = z - matmul(alone%basis, matmul(z, alone%basis))
     one%remainder_log_p = min(0.0_rp, remainder_log_p(model%design, model%calibration, z))
     associate (e => model%design%candidates(one%candidate)%effect)
+      call average_variants(model%design, e, tests%z, best, most, average)
       hypotheses%best(e) = one%candidate
       call hypotheses%correct(e, 0.5_rp*(one%gain - one%linear_gain), one%gain, one%remainder_log_p, &
-                              z + tests%z - alone%left)
+                              z + tests%z - alone%left, most - alone%log_evidence)
     end associate
   end subroutine apply_refit
 
@@ -343,6 +345,8 @@ contains
       associate (one => model%design%candidates(candidates(i)))
         active = [active, one%columns]
         if (one%df > 0) q(one%columns) = q(one%columns) - matmul(one%solve, matmul(tests%z*sqrt(tests%scale), one%basis))
+        if (candidates(i) == place_found(simulator, model%design, one%effect)) &
+          q(one%columns) = simulator%effects(one%effect)%strength
         where (simulator%parameters(one%columns)%strong > 0) q(one%columns) = simulator%parameters(one%columns)%strong
       end associate
     end do
@@ -353,13 +357,18 @@ contains
         q(old) = simulator%parameters(old)%null
         if (size(new) == size(old)) q(new) = near%found%q(old)
         if (size(new) < size(old)) q(new) = near%found%q(new)
+        call simulator%take_places(q)
       end associate
       allocate (state, source=model%baseline%state)
       call state%take_shapes(near%found%state)
       call fit_nested(simulator, model%whitener, active, q, state, options%fit, found, typical)
       if (found%is_found) return
     end if
-    call fit_nested(simulator, model%whitener, active, model%baseline%q, model%baseline%state, how, found, typical)
+    q = model%baseline%q
+    associate (added => active(size(model%baseline%active) + 1:))
+      if (is_at_found_place(simulator, model, candidates)) q(added) = typical(added)
+    end associate
+    call fit_nested(simulator, model%whitener, active, q, model%baseline%state, how, found, typical)
     call explain(model%design, candidates, tests%z, joint)
     is_strong = any(simulator%parameters(active)%strong > 0)
     if (found%is_found .and. .not. is_strong .and. &
@@ -367,7 +376,16 @@ contains
     q = max(simulator%parameters%lower, min(simulator%parameters%upper, typical))
     call fit_nested(simulator, model%whitener, active, q, model%baseline%state, how, other, typical)
     if (.not. other%is_found) return
-    if (found%is_found .and. .not. other%cost() < found%cost()) return
-    found = other
+    if (.not. found%is_found .or. other%cost() < found%cost()) found = other
   end subroutine fit_extended
+
+  !> Tells whether one of the candidates is at a place that a search has found, with a strength at which fits begin.
+  pure logical function is_at_found_place(simulator, model, candidates) result(is_it)
+    class(simulator_t), intent(in) :: simulator
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: candidates(:)
+    integer :: i
+    is_it = any([(candidates(i) == place_found(simulator, model%design, model%design%candidates(candidates(i))%effect), &
+                  i=1, size(candidates))])
+  end function is_at_found_place
 end module inference_top_candidates

@@ -8,12 +8,13 @@ module diagnosis_wing_catalogue
   use diagnosis_flight_catalogue, only: enter_flights
   use diagnosis_flight_data, only: flight_cases_t
   use diagnosis_flight_structure, only: is_flown_first
-  use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_structural, millimetres, percent
+  use diagnosis_wing_entries, only: append_variant, catalogue_t, enter_instrument, enter_structural, percent
   use diagnosis_wing_damping, only: add_damping, enter_damping
   use diagnosis_wing_inertia, only: add_air, enter_flown_inertia, enter_inertia
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: missing_of
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
+  use diagnosis_wing_places, only: append_anywhere, append_place, enter_anywhere
   use diagnosis_wing_shake, only: enter_shake
   use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
@@ -31,6 +32,7 @@ module diagnosis_wing_catalogue
   real(rp), parameter :: DAMAGE_RADIUS = 0.1_rp, DAMAGE_SPACING = 0.12_rp !< of the wing's size
   !> The same for finer scans where damage was found.
   real(rp), parameter :: FINER_RADII(3) = [0.06_rp, 0.085_rp, 0.12_rp], FINER_SPACING = 0.05_rp
+  real(rp), parameter :: RADII(2) = [0.03_rp, 0.2_rp] !< smallest and largest one of a search, of the wing's size
 
 contains
 
@@ -131,8 +133,10 @@ contains
     allocate (variants(0))
     call scan_damage(c, e, wing, DAMAGE_SPACING, [DAMAGE_RADIUS], .false., variants)
     call scan_damage(c, e, wing, FINER_SPACING, FINER_RADII, .true., variants)
-    if (size(variants) > 0) &
-      call enter_scanned(c, NEED_DISC, variants)
+    if (size(variants) == 0) return
+    call append_anywhere(c, e, factor_at_sites(NEED_DISC, KIND_DAMAGE), DAMAGE_SPACING/2*e%model%size, RADII*e%model%size, variants)
+    call enter_scanned(c, NEED_DISC, variants)
+    call enter_anywhere(c)
   end subroutine enter_scans
 
   !> Enters the cause that needs a site, with these sites.
@@ -165,16 +169,13 @@ contains
     type(variant_t), allocatable, intent(inout) :: variants(:)
     real(rp), allocatable :: sites(:, :)
     type(wing_parameter_t) :: damage
-    integer :: k, r, n
+    integer :: k, r
     damage = factor_at_sites(NEED_DISC, KIND_DAMAGE)
     call lattice(wing, e%model%size, spacing, sites)
     do k = 1, size(sites, 2)
       do r = 1, size(radii)
         damage%disc = [sites(:, k), radii(r)*e%model%size]
-        n = c%add(damage)
-        call append_variant(variants, 'around ('//millimetres(sites(1, k))//', '//millimetres(sites(2, k))// &
-                            ') mm, radius '//millimetres(radii(r)*e%model%size)//' mm', n, sites(:, k))
-        variants(size(variants))%is_finer = is_finer
+        call append_place(c, damage, is_finer, variants)
       end do
     end do
   end subroutine scan_damage

@@ -8,9 +8,10 @@ module diagnosis_wing_inertia
   use base_parameter, only: parameter_t
   use diagnosis_flight_data, only: flight_cases_t
   use diagnosis_flight_structure, only: is_flown_first
-  use diagnosis_wing_entries, only: append_variant, catalogue_t, millimetres
+  use diagnosis_wing_entries, only: append_variant, catalogue_t
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_MASS, KIND_POINT_MASS
+  use diagnosis_wing_places, only: append_anywhere, append_place, enter_anywhere
   use inference_simulator, only: variant_t
   use measurement_experiment, only: experiment_t
   use solid_effect, only: NEED_MASS_PLACE, NEED_MEMBRANE, NEED_VEINS
@@ -84,12 +85,15 @@ contains
       if (any(cause%needs == NEED_MASS_PLACE)) then
         call scan(c, e, wing, p, SPACING, .false., variants)
         call scan(c, e, wing, p, FINER_SPACING, .true., variants)
+        call append_anywhere(c, e, wing_parameter(p%as_coordinate(p%null), KIND_POINT_MASS, 0), SPACING/2*e%model%size, &
+                             [real(rp) ::], variants)
       else
         n = c%add(wing_parameter(p%as_coordinate(p%null), KIND_MASS, cause%parameters(1)%number))
         call append_variant(variants, '', n, [0.0_rp, 0.0_rp])
       end if
     end associate
     call c%enter(cause, '', variants)
+    if (any(cause%needs == NEED_MASS_PLACE)) call enter_anywhere(c)
   end subroutine enter_one
 
   !> Enters the parameter p of a point mass at every site of a lattice.
@@ -103,14 +107,12 @@ contains
     type(variant_t), allocatable, intent(inout) :: variants(:)
     real(rp), allocatable :: sites(:, :)
     type(wing_parameter_t) :: one
-    integer :: k, n
+    integer :: k
     one = wing_parameter(p%as_coordinate(p%null), KIND_POINT_MASS, 0)
     call lattice(wing, e%model%size, fraction, sites)
     do k = 1, size(sites, 2)
       one%disc = [sites(:, k), fraction*e%model%size]
-      n = c%add(one)
-      call append_variant(variants, 'at ('//millimetres(sites(1, k))//', '//millimetres(sites(2, k))//') mm', n, sites(:, k))
-      variants(size(variants))%is_finer = is_finer
+      call append_place(c, one, is_finer, variants)
     end do
   end subroutine scan
 end module diagnosis_wing_inertia

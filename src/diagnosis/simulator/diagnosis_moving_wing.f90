@@ -5,8 +5,8 @@ module diagnosis_moving_wing
   use base_cause, only: parameter_of
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
-  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_DAMPING, KIND_FLIGHT, KIND_MASS, KIND_POINT_MASS, &
-                                       KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_SHAKE
+  use diagnosis_wing_parameters, only: disc_at, wing_parameter_t, KIND_BALANCE, KIND_DAMPING, KIND_FLIGHT, KIND_MASS, &
+                                       KIND_POINT_MASS, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_SHAKE, KIND_SITE
   use diagnosis_wing_rest, only: mass_effects_at, put_mass_at, weighs, wing_rest_t
   use measurement_experiment, only: experiment_t
   use measurement_motion_simulation, only: motion_simulation_t
@@ -147,13 +147,13 @@ contains
     real(rp), intent(out) :: column(:)
     type(solid_model_t), pointer :: model
     type(mass_effects_t) :: moved
-    real(rp) :: by_mass(size(column))
+    real(rp) :: by_mass(size(column)), disc(3)
     logical :: is_any
     model => self%mechanics%model()
     column = 0
     associate (one => self%rest%parameters(i))
       select case (one%kind)
-      case (KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE) ! only forces of the air or records depend on them
+      case (KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE, KIND_SITE) ! only forces of the air or records depend on them
       case (KIND_DAMPING)
         call self%mechanics%damping_tangent(one%number, 0.0_rp, column)
         if (one%is_log) column = exp(q(i))*column
@@ -165,7 +165,8 @@ contains
         call self%mechanics%mass_tangent(one%number, self%effects, column)
       case (KIND_POINT_MASS)
         moved = self%effects
-        call put_mass_at(self%rest%bare, one%disc(:2), moved)
+        disc = disc_at(self%rest%parameters, i, q)
+        call put_mass_at(self%rest%bare, disc(:2), moved)
         call self%mechanics%mass_tangent(MASS_POINT, moved, column)
       case default
         if (self%rest%clamp(model, i) > 0) then

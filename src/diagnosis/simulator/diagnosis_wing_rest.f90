@@ -6,7 +6,7 @@ module diagnosis_wing_rest
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_wing_parameters, only: differing, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_MASS, KIND_PARAMETER, &
+  use diagnosis_wing_parameters, only: differing, disc_at, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_MASS, KIND_PARAMETER, &
                                        KIND_POINT_MASS, KIND_RELAXATION, KIND_SHAKE, KIND_SOFT
   use measurement_experiment, only: experiment_t
   use measurement_material_point, only: find_material_point, material_point_t
@@ -28,6 +28,7 @@ module diagnosis_wing_rest
     type(wing_t), pointer :: wing => null()
     type(wing_parameter_t), allocatable :: parameters(:)
     integer, private :: placed(2) = -1 !< parameters whose sites are in the model: a soft hinge, a damage; 0: none
+    real(rp), private :: disc(3) = 0   !< [m] that of this damage
   contains
     procedure :: init => rest_init
     procedure :: prepare => rest_prepare
@@ -60,16 +61,19 @@ contains
     type(solid_params_t) :: params
     type(failure_t) :: failure
     integer, allocatable :: wanted(:)
+    real(rp) :: disc(3)
     integer :: placed(2), i
     placed = 0
+    disc = 0
     allocate (wanted(0))
     if (size(q) > 0) wanted = differing(self%parameters, q)
     do i = 1, size(wanted)
       if (self%parameters(wanted(i))%kind == KIND_SOFT) placed(1) = wanted(i)
       if (self%parameters(wanted(i))%kind == KIND_DAMAGE) placed(2) = wanted(i)
     end do
+    if (placed(2) > 0) disc = disc_at(self%parameters, placed(2), q)
     ok = .true.
-    if (all(placed == self%placed)) return
+    if (all(placed == self%placed) .and. all(abs(disc - self%disc) <= 0)) return
     params = self%bare%model%params
     params%effects%has_sided_veins = size(self%bare%model%triangles) > 0
     if (placed(1) > 0) then
@@ -78,11 +82,14 @@ contains
         params%effects%soft_fraction = one%fraction
       end associate
     end if
-    if (placed(2) > 0) params%effects%disc = self%parameters(placed(2))%disc
+    if (placed(2) > 0) params%effects%disc = disc
     allocate (model)
     call model%init(self%wing, params, failure)
     ok = .not. failure%failed
-    if (ok) self%placed = placed
+    if (ok) then
+      self%placed = placed
+      self%disc = disc
+    end if
     if (.not. ok) deallocate (model)
   end subroutine rest_prepare
 
@@ -141,7 +148,7 @@ contains
         if (abs(q(i) - one%null) > 0) then
           call parameter_direction(model, model%params%find(one%name), direction)
         else
-          call damage_direction(model, one%disc, direction)
+          call damage_direction(model, disc_at(self%parameters, i, q), direction)
         end if
       case default
         is_any = .false.
@@ -155,6 +162,7 @@ contains
     type(wing_parameter_t), intent(in) :: parameters(:)
     real(rp), intent(in) :: q(:)
     type(mass_effects_t) :: effects
+    real(rp) :: disc(3)
     integer :: i
     do i = 1, size(q)
       associate (one => parameters(i))
@@ -167,7 +175,8 @@ contains
         else if (one%kind == KIND_PARAMETER) then
           if (weighs(bare, one)) effects%gradient = effects%gradient + q(i) - one%null
         else if (one%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) then
-          call put_mass_at(bare, one%disc(:2), effects)
+          disc = disc_at(parameters, i, q)
+          call put_mass_at(bare, disc(:2), effects)
           effects%point = q(i)
         end if
       end associate

@@ -21,6 +21,7 @@ module diagnosis_wing_simulator
   use diagnosis_wing_observed, only: diagnosed_wing_t
   use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_sites, KIND_FLIGHT, KIND_INSTRUMENT, &
                                        KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_places, only: is_on_wing
   use diagnosis_wing_state, only: wing_state, wing_state_t
   use inference_simulator, only: simulator_t, TANGENT_ERROR
   use io_journal, only: journal_t
@@ -78,6 +79,7 @@ module diagnosis_wing_simulator
     procedure :: has_common_errors => wing_has_common_errors
     procedure :: independent_fraction => wing_independent_fraction
     procedure :: tangent_error => wing_tangent_error
+    procedure :: has_place => wing_has_place
   end type wing_simulator_t
 
 contains
@@ -328,6 +330,14 @@ contains
     class(wing_simulator_t), intent(in) :: self
     fraction = self%noise%white
   end function wing_independent_fraction
+
+  !> See `simulator_t`.
+  logical function wing_has_place(self, e, place) result(has_it)
+    class(wing_simulator_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(rp), intent(in) :: place(:)
+    has_it = size(place) == size(self%effects(e)%place_columns) .and. is_on_wing(self%experiment, place)
+  end function wing_has_place
 
   !> See `simulator_t`. The nuisances are the errors of every load (see simulation_t), the gain of all forces, D, the errors of
   !> records of motion, those of flights (see flight_nuisances), and the error of the mesh, in this order.

@@ -14,6 +14,7 @@
 !> | RELAXATION | fraction of the stiffness that relaxes with a time, the same; `number` is that of this time's quantity |
 !> | RELAXATION_TIME | log of a factor on that time; `number` is that of the fraction |
 !> | SHAKE | a part of a motion of the base in one record, by its number in solid_ringing; `partner` is its frequency |
+!> | SITE | a coordinate of the site of a damage or a point mass: x, y [m] or the logarithm of the radius; `number` is unique |
 !> | FLIGHT | a change of kinematics or flow, by its number in diagnosis_flight_runner; only records of forces depend on it |
 !> | BALANCE | an error of the force balance, by its number in measurement_balance, the same |
 !>
@@ -32,15 +33,16 @@ module diagnosis_wing_parameters
   implicit none
   private
   public :: wing_parameter_t, wing_parameter, without_sites, differing, find_parameter, fit_case_t, make_fit_case, &
-            is_fit_case_for, fit_case_coordinates, same_parameter, wing_parameter_tangent, fit_case_params
+            is_fit_case_for, disc_at, fit_case_coordinates, same_parameter, wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
                                 KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
-                                KIND_RELAXATION_TIME = 10, KIND_FLIGHT = 11, KIND_BALANCE = 12, KIND_SHAKE = 13
+                                KIND_RELAXATION_TIME = 10, KIND_FLIGHT = 11, KIND_BALANCE = 12, KIND_SHAKE = 13, &
+                                KIND_SITE = 14
 
-  !> These parameters do not affect a wing at rest.
-  integer, parameter :: OF_MOTION(8) = [KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, &
-                                        KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE]
+  !> These parameters do not affect a wing at rest, or only with the parameter whose site they are.
+  integer, parameter :: OF_MOTION(9) = [KIND_SITE, KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, &
+                                        KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE]
 
   !> A parameter with its coordinates. At its null it has no effect, or the value that the wing has.
   type, extends(parameter_t) :: wing_parameter_t
@@ -49,7 +51,8 @@ module diagnosis_wing_parameters
     real(rp) :: disc(3) = 0      !< [m] x, y, radius of a damage; x, y of a point mass
     real(rp) :: time = 0         !< [s] of a relaxation; of a period of the base
     integer :: record = 0        !< of a motion of the base; the case that a change of a flight belongs to, 0: all
-    integer :: partner = 0       !< its parameter for the frequency
+    !> Its parameter for the frequency; the first one of those for the site of a damage or a point mass, 0: it has a fixed one.
+    integer :: partner = 0
     integer :: vein = 0          !< of a soft hinge
     real(rp) :: fraction = 0     !< position of the hinge, as a fraction of the vein's length
   end type wing_parameter_t
@@ -101,6 +104,21 @@ contains
                      .not. abs(a%time - b%time) > 0
   end function same_parameter
 
+  !> Returns x, y [m] and the radius [m] of a damage, or x and y of a point mass and a number without meaning: the site of
+  !> parameter i at q.
+  pure function disc_at(parameters, i, q) result(disc)
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    integer, intent(in) :: i
+    real(rp), intent(in) :: q(:)
+    real(rp) :: disc(3)
+    disc = parameters(i)%disc
+    associate (first => parameters(i)%partner)
+      if (first == 0) return
+      disc(:2) = q(first:first + 1)
+      if (parameters(i)%kind == KIND_DAMAGE) disc(3) = exp(q(first + 2))
+    end associate
+  end function disc_at
+
   !> Returns the parameter of this kind and number behind the first `behind`; 0: none.
   pure integer function find_parameter(parameters, behind, kind, number) result(found)
     type(wing_parameter_t), intent(in) :: parameters(:)
@@ -125,6 +143,11 @@ contains
     wanted = differing(parameters, q)
     is_it = size(wanted) == size(fit_case%order)
     if (is_it) is_it = all([(any(fit_case%order == wanted(i)), i=1, size(wanted))])
+    if (.not. is_it) return
+    do i = 1, size(wanted)
+      if (parameters(wanted(i))%kind /= KIND_DAMAGE) cycle
+      is_it = is_it .and. all(abs(fit_case%experiment%model%params%effects%disc - disc_at(parameters, wanted(i), q)) <= 0)
+    end do
   end function is_fit_case_for
 
   !> Makes the experiment for q from one without unknowns.
@@ -154,7 +177,7 @@ contains
           params%effects%soft_fraction = one%fraction
           numbers = [numbers, params%find(one%name)]
         case (KIND_DAMAGE)
-          params%effects%disc = one%disc
+          params%effects%disc = disc_at(parameters, wanted(i), q)
           numbers = [numbers, params%find(one%name)]
         case (KIND_INSTRUMENT)
           instrument_numbers = [instrument_numbers, one%number]
@@ -225,10 +248,10 @@ contains
         if (abs(q(i) - one%null) > 0) then
           call simulation%parameter_tangent(e, l, e%model%params%find(one%name), column)
         else
-          call simulation%damage_tangent(e, l, one%disc, column)
+          call simulation%damage_tangent(e, l, disc_at(parameters, i, q), column)
         end if
       case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, &
-            KIND_SHAKE)
+            KIND_SHAKE, KIND_SITE)
         ! These parameters do not affect a wing at rest.
         column = 0
       case default

@@ -37,6 +37,7 @@ module inference_hypotheses
     real(rp), allocatable :: unknown_linear(:) !< (families) the same before any correction
     logical, allocatable :: is_fitted(:)    !< (effects) corrected by a nonlinear fit of the best variant
     real(rp), allocatable :: correction(:)  !< (effects) change of the log evidence by that fit
+    real(rp), allocatable :: behind(:)      !< (effects) log evidence by the tangents that the fitted variant lacks to the best one
     real(rp), allocatable :: gain(:)        !< (effects) decrease of the sum of squares by that fit, in units of the noise
     real(rp), allocatable :: remainder(:)   !< (effects) log p of what that fit leaves unexplained
     real(rp), allocatable :: z(:, :)        !< (k, effects) part of z that the variant explains, and that its fit leaves
@@ -62,7 +63,8 @@ contains
     allocate (self%best(n_effects))
     allocate (self%unknown(size(design%families)))
     allocate (self%is_fitted(n_effects), source=.false.)
-    allocate (self%correction(n_effects), self%gain(n_effects), self%remainder(n_effects), source=0.0_rp)
+    allocate (self%correction(n_effects), self%behind(n_effects), source=0.0_rp)
+    allocate (self%gain(n_effects), self%remainder(n_effects), source=0.0_rp)
     self%z = spread(z, 2, n_effects)
     do e = 1, n_effects
       call average_variants(design, e, z, self%best(e), most, self%effect(e))
@@ -120,13 +122,18 @@ contains
 
   !> Takes the results of a nonlinear fit of effect e: by how much its evidence exceeds that in the linear approximation, by how
   !> much the fit lowers the sum of squares, the log p of the remainder of the fit, and z(k) in which this remainder replaces that
-  !> of the linear approximation.
-  subroutine hypotheses_correct(self, e, correction, gain, remainder, z)
+  !> of the linear approximation. The average over variants, which the best one dominates by its tangents, is that of the fitted
+  !> variant if this is `behind` it.
+  subroutine hypotheses_correct(self, e, correction, gain, remainder, z, behind)
     class(hypotheses_t), intent(inout) :: self
     integer, intent(in) :: e
     real(rp), intent(in) :: correction, gain, remainder, z(:)
+    real(rp), intent(in), optional :: behind
     self%is_fitted(e) = .true.
-    self%effect(e) = self%effect(e) - self%correction(e) + correction
+    self%effect(e) = self%effect(e) + self%behind(e) - self%correction(e) + correction
+    self%behind(e) = 0
+    if (present(behind)) self%behind(e) = behind
+    self%effect(e) = self%effect(e) - self%behind(e)
     self%correction(e) = correction
     self%gain(e) = gain
     self%remainder(e) = remainder

@@ -80,7 +80,8 @@ contains
     logical, intent(out) :: has_finer
     integer, parameter :: MOST = 60
     real(rp), allocatable :: distance(:)
-    integer :: e, k, best
+    logical, allocatable :: is_left(:) ! not tried so far, and on the lattice
+    integer :: e, i, k, best
     has_finer = .false.
     do e = 1, size(simulator%effects)
       if (best_of(e) == 0) cycle
@@ -88,8 +89,9 @@ contains
       associate (variants => simulator%effects(e)%variants)
         distance = [(norm2(variants(k)%site - variants(best)%site), k=1, size(variants))]
         do k = 1, MOST
-          if (all(variants%is_tried())) exit
-          variants(minloc(distance, 1, mask=.not. variants%is_tried()))%is_released = .true.
+          is_left = .not. variants%is_tried() .and. [(i /= simulator%effects(e)%anywhere, i=1, size(variants))]
+          if (.not. any(is_left)) exit
+          variants(minloc(distance, 1, mask=is_left))%is_released = .true.
           has_finer = .true.
         end do
       end associate

@@ -23,6 +23,7 @@ module inference_simulator
     real(rp) :: site(2) = 0                  !< [m] its position, if it has one
     !> The variant is not part of the scan. It is tried after the scan has found its effect nearby and the variant is released.
     logical :: is_finer = .false., is_released = .false.
+    real(rp), allocatable :: place(:)         !< coordinates of its place, if its effect has a variant at any place
   contains
     procedure :: is_tried => variant_is_tried
   end type variant_t
@@ -35,6 +36,12 @@ module inference_simulator
     logical :: is_measurement = .false.       !< it belongs to the measurement, not to the measured object
     character(:), allocatable :: missing      !< what the data lack to test it; empty: nothing
     type(variant_t), allocatable :: variants(:)
+    !> The variant whose place is not on a lattice: parameters have its coordinates, each with the first step of a search as sd.
+    !> It has one parameter besides these, its strength, and is released once a search has found a place. 0: there is none.
+    integer :: anywhere = 0
+    integer, allocatable :: place_columns(:)  !< the parameters of that place, which belong to no variant
+    real(rp), allocatable :: place(:)         !< what a search has found
+    real(rp) :: strength = 0                  !< about the best one there
   contains
     procedure :: is_testable => effect_is_testable
   end type effect_t
@@ -78,6 +85,9 @@ module inference_simulator
     procedure :: has_nonlinear_nuisances => simulator_has_nonlinear_nuisances
     procedure :: tangent_error => simulator_tangent_error
     procedure :: null_point => simulator_null_point
+    procedure :: take_places => simulator_take_places
+    procedure :: has_place => simulator_has_place
+    procedure :: settle_place => simulator_settle_place
     procedure :: has_common_errors => simulator_has_common_errors
     procedure :: independent_fraction => simulator_independent_fraction
   end type simulator_t
@@ -193,10 +203,45 @@ contains
     end associate
   end function simulator_tangent_error
 
-  !> Returns all parameters at their null values.
+  !> Returns all parameters at their null values, and places where they were found.
   pure function simulator_null_point(self) result(q)
     class(simulator_t), intent(in) :: self
     real(rp) :: q(size(self%parameters))
     q = self%parameters%null
+    call self%take_places(q)
   end function simulator_null_point
+
+  !> Sets the coordinates of places in q to those that were found.
+  pure subroutine simulator_take_places(self, q)
+    class(simulator_t), intent(in) :: self
+    real(rp), intent(inout) :: q(:)
+    integer :: e
+    if (.not. allocated(self%effects)) return
+    do e = 1, size(self%effects)
+      if (allocated(self%effects(e)%place)) q(self%effects(e)%place_columns) = self%effects(e)%place
+    end do
+  end subroutine simulator_take_places
+
+  !> Tells whether effect e can be at a place with these coordinates.
+  logical function simulator_has_place(self, e, place) result(has_it)
+    class(simulator_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(rp), intent(in) :: place(:)
+    has_it = size(place) == size(self%effects(e)%place_columns)
+  end function simulator_has_place
+
+  !> Puts the variant of effect e that may be anywhere at a place with these coordinates, and releases it. The first two are its
+  !> position [m]; `strength` is about the best value of its parameter.
+  subroutine simulator_settle_place(self, e, place, strength)
+    class(simulator_t), intent(inout) :: self
+    integer, intent(in) :: e
+    real(rp), intent(in) :: place(:), strength
+    associate (effect => self%effects(e))
+      effect%place = place
+      effect%strength = strength
+      effect%variants(effect%anywhere)%place = place
+      effect%variants(effect%anywhere)%site = place(:2)
+      effect%variants(effect%anywhere)%is_released = .true.
+    end associate
+  end subroutine simulator_settle_place
 end module inference_simulator

@@ -35,6 +35,7 @@ module diagnose_job
   use diagnosis_next_measurement, only: next_measurement_t, rank_measurements
   use diagnosis_noise, only: check_declared_variance
   use diagnosis_unknown, only: describe_unknown, unknown_t
+  use diagnosis_wing_places, only: take_places
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_zeros, only: compare_zeros, zeros_t
   use inference_engine, only: diagnosis_t, run_diagnosis
@@ -201,6 +202,7 @@ contains
     if (self%has_discretisation .and. .not. self%has_compared) call find_mesh_error(self)
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%outcome%failure, &
                        store, self%further)
+    call take_places(self%settings%catalogue, self%simulator%effects)
     if (self%further%outcome%failure%failed) self%outcome = self%further%outcome
     call self%outcome%classify(OUTCOME_NOT_CONVERGED)
     if (self%outcome%failure%failed) return

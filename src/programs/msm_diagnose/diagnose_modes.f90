@@ -8,7 +8,7 @@ module diagnose_modes
   use diagnose_counts, only: counts_t, DATA_MODES
   use diagnose_settings, only: diagnose_settings_t
   use diagnosis_wing_rest, only: mass_effects_at
-  use diagnosis_wing_parameters, only: KIND_MASS, KIND_POINT_MASS
+  use diagnosis_wing_parameters, only: disc_at, KIND_MASS, KIND_POINT_MASS
   use inference_engine, only: diagnosis_t
   use io_attributes, only: put_attribute
   use io_hdf5, only: hdf5_file_t
@@ -93,7 +93,9 @@ contains
     effects = mass_effects_at(s%experiment, s%catalogue%parameters, q)
     point = s%wing_case%material%point
     do i = 1, size(q)
-      if (s%catalogue%parameters(i)%kind == KIND_POINT_MASS .and. abs(q(i)) > 0) point = [s%catalogue%parameters(i)%disc(:2), q(i)]
+      if (s%catalogue%parameters(i)%kind /= KIND_POINT_MASS .or. .not. abs(q(i)) > 0) cycle
+      point = disc_at(s%catalogue%parameters, i, q)
+      point(3) = q(i)
     end do
     associate (m => s%wing_case%material)
       text = NL//'[Mass]'//NL//'vein_factor = '//number_text(m%vein_factor*effects%veins)//';'//NL//'membrane_factor = '// &
