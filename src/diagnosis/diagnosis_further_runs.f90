@@ -12,8 +12,8 @@ module diagnosis_further_runs
   use diagnosis_flight_changes, only: FLOW_FREQUENCY, FLOW_STRUCTURE, FLOW_VISCOSITY, FLOW_WIND, is_of_structure, N_CHANGES, N_FLOW
   use diagnosis_flight_refinements, only: N_REFINEMENTS, REFINE_GRID
   use diagnosis_flight_runner, only: flight_record_t, flight_request_t, flight_runner_t
-  use diagnosis_flight_structure, only: acts_in_flight, add_structure
-  use diagnosis_wing_parameters, only: same_parameter, wing_parameter_t
+  use diagnosis_flight_structure, only: acts_in_flight, add_structure, structure_step
+  use diagnosis_wing_parameters, only: disc_at, same_parameter, wing_parameter_t
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_relinearisation, only: model_error_t
@@ -172,15 +172,16 @@ contains
     class(further_runs_t), intent(inout) :: self
     real(rp), intent(in) :: q(:), sd(:)
     character(:), allocatable :: reason
+    type(wing_parameter_t) :: p
     logical :: is_full
     integer :: i
     if (.not. self%flights%bend()) return
     is_full = .false.
     do i = 1, size(q)
-      associate (p => self%simulator%wing_parameters(i))
-        if (.not. (sd(i) > 0 .and. acts_in_flight(p))) cycle
-        call add_structure(p, .false., self%runner, self%flights%cases, is_full, reason)
-      end associate
+      p = self%simulator%wing_parameters(i)
+      if (.not. (sd(i) > 0 .and. acts_in_flight(p))) cycle
+      p%disc = disc_at(self%simulator%wing_parameters, i, q)
+      call add_structure(p, .false., self%runner, self%flights%cases, is_full, reason)
     end do
   end subroutine add_found
 
@@ -199,16 +200,23 @@ contains
     end do
   end subroutine forget_structure
 
-  !> Makes steps smaller with which a parameter of the structure would leave its bounds on either side of the flight at `origin`.
+  !> Makes steps smaller with which a parameter of the structure would leave its bounds on either side of the flight at `origin`. No
+  !> step falls below a tenth of the usual one, where two flights would differ by their errors: `origin` moves inward by it.
   pure subroutine keep_within(data, origin, steps)
     type(flight_data_t), intent(in) :: data
-    real(rp), intent(in) :: origin(N_FLOW)
-    real(rp), intent(inout) :: steps(N_FLOW)
+    real(rp), intent(inout) :: origin(N_FLOW), steps(N_FLOW)
+    real(rp), parameter :: LEAST = 0.1_rp, INSIDE = 1.000001_rp !< round-off does not leave the bounds
+    real(rp) :: step, value
     integer :: j
     do j = 1, N_FLOW
       if (.not. (is_of_structure(j) .and. steps(j) > 0)) cycle
       associate (p => data%facts%structure(j - FLOW_STRUCTURE), own => data%facts%origin(j - FLOW_STRUCTURE))
-        steps(j) = max(0.0_rp, min(steps(j), own + origin(j) - p%lower, p%upper - own - origin(j)))
+        step = min(steps(j), LEAST*structure_step(p))
+        value = own + origin(j)
+        if (value - step < p%lower) origin(j) = p%lower + INSIDE*step - own
+        if (value + step > p%upper) origin(j) = p%upper - INSIDE*step - own
+        value = own + origin(j)
+        steps(j) = max(step, min(steps(j), value - p%lower, p%upper - value))
       end associate
     end do
   end subroutine keep_within
@@ -337,6 +345,10 @@ contains
       call self%world%broadcast_integer(numbers(k))
     end do
     self%runner%structure = self%simulator%wing_parameters(numbers)
+    do k = 1, n ! places that were searched
+      if (self%world%is_root) self%runner%structure(k)%disc = self%flights%cases(1)%facts%structure(k)%disc
+      call self%world%broadcast_reals(self%runner%structure(k)%disc)
+    end do
   end subroutine share_structure
 
   !> Returns which of the parameters p is.

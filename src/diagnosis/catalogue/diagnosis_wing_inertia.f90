@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Makes the entries of the catalogue that describe the mass of the wing and its distribution, which only natural modes and
-!> records of motion and flights of wings that bend can show. Without these the catalogue has none of them.
+!> Makes the entries of the catalogue that describe the mass of the wing and its distribution, which only natural modes,
+!> records of motion, and flights of wings that bend can show. Without these the catalogue has none of them.
 module diagnosis_wing_inertia
   use base_cause, only: cause_t
   use base_errors, only: require

@@ -26,9 +26,10 @@ module diagnosis_flight_structure
   character(*), parameter :: GLOBAL = &
     'root_stiffness E_gradient taper thickness_gradient vein_mass membrane_mass membrane_gradient'
   !> Causes that first flights cannot show. Flights have E and D by other names, no clamp that gives way and their own air; the
-  !> others act at places or with times that only other data find.
+  !> others act at places or with times that only other data find, or cannot go below their null.
   character(*), parameter :: NEVER_FIRST = &
-    'root_compliance membrane_bending elasticity damage soft_place point_mass viscoelasticity air_drag'
+    'root_compliance membrane_bending elasticity damage soft_place point_mass viscoelasticity air_drag '// &
+    'stiffness_damping joint_friction'
 
 contains
 

@@ -96,12 +96,13 @@ contains
     numbers = pack(numbers, [(all(parameters(numbers(i))%kind /= OF_MOTION), i=1, size(numbers))])
   end function differing
 
-  !> Tells whether two descriptions are those of one parameter at one place.
+  !> Tells whether two descriptions are those of one parameter at one place, or of one whose place is sought.
   pure logical function same_parameter(a, b) result(same)
     type(wing_parameter_t), intent(in) :: a, b
     same = a%kind == b%kind .and. a%number == b%number .and. a%record == b%record .and. a%vein == b%vein
-    if (same) same = a%name == b%name .and. .not. any(abs(a%disc - b%disc) > 0) .and. .not. abs(a%fraction - b%fraction) > 0 .and. &
+    if (same) same = a%name == b%name .and. a%partner == b%partner .and. .not. abs(a%fraction - b%fraction) > 0 .and. &
                      .not. abs(a%time - b%time) > 0
+    if (same .and. a%partner == 0) same = .not. any(abs(a%disc - b%disc) > 0)
   end function same_parameter
 
   !> Returns x, y [m] and the radius [m] of a damage, or x and y of a point mass and a number without meaning: the site of

@@ -143,8 +143,13 @@ contains
         do j = merge(2, 1, self%grid%is_2d), 3
           call window_weights(x(j, i)/self%grid%spacing(j), s%first(j, i), s%weights(:, j, i))
         end do
-        if (self%grid%is_2d) s%weights(1, 1, i) = 1
-        s%first(1, i) = merge(0, modulo(s%first(1, i), self%grid%n(1)), self%grid%is_2d)
+        if (self%grid%is_2d) then
+          s%first(1, i) = 0
+          s%weights(:, 1, i) = 0
+          s%weights(1, 1, i) = 1
+        else
+          s%first(1, i) = modulo(s%first(1, i), self%grid%n(1))
+        end if
       end do
     end associate
   end subroutine find_weights

@@ -3,7 +3,7 @@
 !> samples, without a transform.
 !>
 !> In each direction the W points of the grid around a point count with the weights of fluid_point_kernel. A mode k has the relative
-!> error (of its amplitude) 1e-5 for k -> 0, 1e-4 at K/2 and 1e-3 at K. The flow must have no modes |k| >= K: the weights cannot
+!> error (of its amplitude) 2e-5 for k -> 0, 1e-4 at K/2 and 1.5e-3 at K. The flow must have no modes |k| >= K: the weights cannot
 !> leave out those between this sphere and the ellipsoidal truncation.
 !>
 !> Every rank sums over its own points of the grid; one sum over ranks follows.
@@ -16,7 +16,7 @@ module fluid_point_reader
   use spectral_grid, only: grid_t
   implicit none
   private
-  public :: point_reader_t
+  public :: can_read, point_reader_t
 
   integer, parameter :: W = KERNEL_WIDTH, TERMS = KERNEL_TERMS
 
@@ -58,20 +58,25 @@ contains
     real(rp), intent(in) :: radius
     logical, intent(in) :: is_spherical
     integer, intent(in) :: most
-    real(rp), parameter :: EQUAL = 1.0e-9_rp
     integer :: x
     self%world = world
     self%grid = grid
     self%block = block
     x = merge(2, 1, grid%is_2d)
-    self%is_possible = all(grid%n(x:) >= W) .and. grid%max_spacing() <= (1 + EQUAL)*grid%min_spacing() .and. &
-                       (is_spherical .or. all(grid%n(x:) == grid%n(3)))
+    self%is_possible = can_read(grid) .and. (is_spherical .or. all(grid%n(x:) == grid%n(3)))
     if (.not. self%is_possible) return
     call self%kernel%init(radius*grid%max_spacing())
     allocate (self%velocities(3, most), self%weights(W, TERMS, 3, most), source=0.0_rp)
     allocate (self%first(3, most), self%order(most), self%start(grid%n(2) + 1))
     allocate (self%plane_start(block%count(3) + 1), self%reaching(W*most))
   end subroutine reader_init
+
+  !> Tells whether the flow on this grid can be read: with equal spacings, and the points of the weights in each direction.
+  pure logical function can_read(grid)
+    type(grid_t), intent(in) :: grid
+    real(rp), parameter :: EQUAL = 1.0e-9_rp
+    can_read = all(grid%n(merge(2, 1, grid%is_2d):) >= W) .and. grid%max_spacing() <= (1 + EQUAL)*grid%min_spacing()
+  end function can_read
 
   !> Asks the next pass that begins with the flow of the state to read it at x(3, n) [L], also outside of the periodic box.
   subroutine reader_ask(self, x)

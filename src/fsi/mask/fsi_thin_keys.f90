@@ -5,6 +5,7 @@ module fsi_thin_keys
   use base_kinds, only: rp
   use base_named_kinds, only: named_kind_t
   use fluid_params, only: fluid_params_t, SCHEME_AB2
+  use fluid_point_reader, only: can_read
   use fluid_resolution_keys, only: dealiasing_keys, resolution_t
   use fluid_time_keys, only: stepping_t, time_keys, ALSO_NOTHING
   use fsi_mask_keys, only: mask_choices, mask_choices_t
@@ -56,7 +57,8 @@ contains
                    'mean speeds of the wing tip, the body and the stream', min=0.0_rp)
     call keys%integer('slip_interval', p%slip_interval, 1, 'surface = thin: steps between two records of slip.t, which has '// &
                       'the slip after the forces and the powers that the flow receives and the wings lose; the next step '// &
-                      'of the flow reads it at the markers, 1 to 2 % of a step', unit='steps', min=1)
+                      'of the flow reads it at the markers, about 2 % of a step; with unequal spacings or less than 16 points '// &
+                      'in a direction transforms sample it, 8 %', unit='steps', min=1)
     call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: which ranks compute the forces at the '// &
                    'markers of a wing; one: one rank; group: a group of ranks together; auto: a group if there are eight '// &
                    'ranks for each wing and a wing has a thousand markers or more, else one rank')
@@ -109,7 +111,8 @@ contains
   end function wants_thin_wings
 
   !> Prepares the flow for wings without thickness that move at `speed` [L/T] relative to it. The vanishing viscosity adds the
-  !> difference of c speed K and nu K^2, if it is positive. With equal spacings the flow keeps only modes |k| < K.
+  !> difference of c speed K and nu K^2, if it is positive. With equal spacings, and 16 points or more in each
+  !> direction, the flow keeps only modes |k| < K.
   !> Reports settings that the method does not support.
   subroutine prepare_thin_flow(config, params, speed, fluid, errors, notices)
     type(config_t), intent(in) :: config
@@ -117,7 +120,7 @@ contains
     real(rp), intent(in) :: speed
     type(fluid_params_t), intent(inout) :: fluid
     type(message_list_t), intent(inout) :: errors, notices
-    real(rp), parameter :: LARGEST_CFL = 0.5_rp, EQUAL = 1.0e-9_rp
+    real(rp), parameter :: LARGEST_CFL = 0.5_rp
     character(2), parameter :: POINTS(3) = ['nx', 'ny', 'nz']
     real(rp) :: k
     integer :: i
@@ -126,8 +129,9 @@ contains
     fluid%time%even_end = .true.
     k = sphere_radius(fluid%grid)
     fluid%vanishing_rate = max(0.0_rp, params%viscosity*speed*k - fluid%nu*k**2)
-    ! The pass of the flow through space can then read the slip. Unequal spacings would lose much of the truncation.
-    fluid%is_spherical = fluid%grid%max_spacing() <= (1 + EQUAL)*fluid%grid%min_spacing()
+    ! The pass of the flow through space can then read the slip (fluid_point_reader). Unequal spacings would lose much of the
+    ! truncation.
+    fluid%is_spherical = can_read(fluid%grid)
     if (fluid%time%cfl > LARGEST_CFL .and. fluid%time%dt_fixed <= 0) &
       call notices%add('[Time] CFL is above 0.5: flows with wings without thickness may become unstable; 0.45 is safe')
     if (fluid%time%scheme /= SCHEME_AB2) call config%complain(errors, 'Time', STEPPER, &

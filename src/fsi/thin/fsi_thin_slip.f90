@@ -14,7 +14,7 @@ module fsi_thin_slip
     real(rp) :: speed = 0    !< largest |U|
     real(rp) :: time = 0     !< T at which the last step began
     logical :: is_due = .false. !< the slip after the last step is wanted, and has not been taken yet
-    logical :: is_measured = .false. !< `after`, `received` and `lost` are of the last step; otherwise of an earlier one
+    logical :: is_measured = .false. !< `after` and `received` are of the last step that was due; otherwise of the one before
     real(rp) :: lost = 0     !< rho L^5/T^3 power that the wings lose, F.(U(n) + U(n+1))/2
     real(rp) :: received = 0 !< that the flow receives: less by F.(U - I u(n+1)), the power of the slip
     integer :: iterations = 0 !< iterations for the forces of several rigid wings together

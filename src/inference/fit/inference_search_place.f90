@@ -78,7 +78,8 @@ contains
     end do
     if (.not. found%is_valid) return
     do i = 1, size(tried)
-      if (.not. tried(i)%is_valid .or. self%is_near(tried(i)%at, found%at)) cycle
+      if (.not. tried(i)%is_valid) cycle
+      if (self%is_near(tried(i)%at, found%at)) cycle
       if (tried(i)%cost < second%cost) second = tried(i)
     end do
     call self%explore(from, found)

@@ -19,7 +19,7 @@ module diagnose_command
     integer :: action = DIAGNOSE_RUN
     character(:), allocatable :: ini !< parameter file
     integer :: refine = REFINE_UNSTATED !< REFINE_*, instead of [Diagnose] refine
-    logical :: is_again = .false.       !< the same input is read once more: its notices are printed
+    logical :: is_again = .false.       !< the same input is read once more: its notices were printed
     logical :: wants_code = .false.     !< the exit code of a diagnosis is that of its verdict, and not 0
   end type diagnose_command_t
 

@@ -4,11 +4,12 @@ module diagnose_flight_tests
   use base_kinds, only: rp
   use base_named_kinds, only: named_kind_t, word_of
   use diagnose_settings, only: diagnose_settings_t
-  use diagnosis_flight_changes, only: FLOW_STRUCTURE
+  use base_text, only: number_text
+  use diagnosis_flight_changes, only: FLOW_STRUCTURE, N_STRUCTURE
   use diagnosis_flight_comparison, only: approximation_of
   use diagnosis_flight_data, only: change_t
   use diagnosis_flight_response, only: flight_response_t
-  use diagnosis_flight_structure, only: acts_in_flight
+  use diagnosis_flight_structure, only: acts_in_flight, is_flown_first
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_BALANCE, KIND_FLIGHT, KIND_INSTRUMENT, KIND_SHAKE, KIND_ZERO
   use inference_decision, only: VERDICT_UNKNOWN
   use inference_engine, only: diagnosis_t
@@ -98,19 +99,21 @@ contains
             if (.not. response%is_known(change%number)) cycle
             test = merge(FLOWN_FIRST, FLOWN_IN_ROUND, change%number <= FLOW_STRUCTURE + s%flights%cases(k)%facts%n_first)
           end do
-          if (test == NOT_FLOWN .and. reason == '') reason = why_not_flown(s, p)
+          if (test == NOT_FLOWN .and. reason == '') reason = &
+            why_not_flown(s, p, s%catalogue%effects(d%model%design%candidates(d%decision%causes(i))%effect)%name)
         end associate
       end do
     end associate
   end function test_of
 
-  !> Returns why no flight changes parameter p of the wing.
-  function why_not_flown(s, p) result(reason)
+  !> Returns why no flight changes parameter p of the wing, which belongs to `cause`.
+  function why_not_flown(s, p, cause) result(reason)
     type(diagnose_settings_t), intent(in) :: s
     type(wing_parameter_t), intent(in) :: p
+    character(*), intent(in) :: cause
     character(:), allocatable :: reason
     real(rp) :: own
-    integer :: k
+    integer :: k, n
     reason = 'a flight has no such parameter'
     if (.not. acts_in_flight(p)) return
     do k = 1, size(s%flights%cases)
@@ -119,7 +122,15 @@ contains
       if (reason == '') exit
     end do
     if (reason /= '') return
-    reason = 'no round was flown with it, as its gain is not clear; name it in [Flight] effects to fly it first'
-    if (s%choices%flight%rounds == 0) reason = '[Flight] rounds = 0 allows no flight with it; name it in [Flight] effects'
+    reason = 'no round was flown with it, as its gain is not clear'
+    if (s%choices%flight%rounds == 0) reason = '[Flight] rounds = 0 allows no flight with it'
+    n = 0
+    if (allocated(s%flights%cases(1)%facts%structure)) n = size(s%flights%cases(1)%facts%structure)
+    if (n == N_STRUCTURE) then
+      reason = 'flights already change '//number_text(N_STRUCTURE)//' parameters of the structure, the most that are possible; '// &
+               'name fewer in [Flight] effects'
+    else if (is_flown_first(cause, cause)) then
+      reason = reason//'; name it in [Flight] effects to fly it first'
+    end if
   end function why_not_flown
 end module diagnose_flight_tests

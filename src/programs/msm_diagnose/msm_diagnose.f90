@@ -18,7 +18,7 @@ program msm_diagnose
   type(diagnose_t), target :: diagnose, finer
   type(diagnose_t), pointer :: job
   type(world_t) :: world
-  logical :: wants_finer
+  logical :: is_loaded, wants_finer
 
   call parse_diagnose_command(command, errors)
   ! Actions without MPI print their output once, also if a launcher starts several processes.
@@ -48,21 +48,25 @@ program msm_diagnose
   else if (job%outcome%is_good()) then
     call job%begin(command)
     call job%compare_meshes(wants_finer)
+    is_loaded = .true.
     if (wants_finer) then
       call job%free()
       command%refine = REFINE_FIT
       command%is_again = .true.
       job => finer
       call job%load(command, world)
-      call job%begin(command)
+      is_loaded = job%outcome%is_good() ! the input may have changed
+      if (is_loaded) call job%begin(command)
     end if
-    if (world%is_root) then
-      call job%lead(command)
-      call job%shut_down()
-    else
-      call job%serve()
+    if (is_loaded) then
+      if (world%is_root) then
+        call job%lead(command)
+        call job%shut_down()
+      else
+        call job%serve()
+      end if
+      call job%finish()
     end if
-    call job%finish()
   end if
   call world%stop()
   call exit_with(job%outcome%exit_code())

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Solves the linear equations of Newton's method in a time step of a wing.
 !>
-!> The Jacobian is S + N + q C. S is sparse and symmetric (mixed-stress tangent, inertia, damping), and N is skew (gyroscopic). C
-!> >= 0 is the dense response of a reaction, if there is one, to velocities, which are q times the displacements, and in space what
-!> the frame turns them by. Without a reaction S is factorised, and N is treated by the iteration of Concus, Golub & Widlund (1976),
-!> which converges for any symmetric positive definite plus skew matrix. With a reaction, S + q D is factorised, where the blocks D
-!> approximate C, and GMRES does the rest, also for later S with the same factors.
+!> The Jacobian is S + N + C (q + omega x). S is sparse and symmetric (mixed-stress tangent, inertia, damping), and N is skew
+!> (gyroscopic). C >= 0 is the dense response of a reaction, if there is one, to velocities, which are q times the displacements,
+!> and in space what the frame turns them by. Without a reaction S is factorised, and N is treated by the iteration of Concus,
+!> Golub & Widlund (1976), which converges for any symmetric positive definite plus skew matrix. With a reaction, S + q D is
+!> factorised, where the blocks D approximate C, and GMRES does the rest, also for later S with the same factors.
 module solid_dynamic_solve
   use base_kinds, only: rp
   use solid_equilibrium, only: equilibrium_t
@@ -173,9 +173,9 @@ contains
     call finish(self, model, left, is_solved)
   end subroutine solver_iterate
 
-  !> Solves (S + N + q C) x = -r with the assembled S by iterations with the present factors, until the residual is `enough` times
-  !> r(3, n_all) [N]. If `is_solved`, it has fallen to 0.3 of r or below, and `x` is the solution; otherwise `x` keeps its value.
-  !> Adds the iterations to `n_inner`, and sets `is_slow` and `answer`.
+  !> Solves (S + N + C (q + omega x)) x = -r with the assembled S by iterations with the present factors, until the residual is
+  !> `enough` times r(3, n_all) [N]. If `is_solved`, it has fallen to 0.3 of r or below, and `x` is the solution; otherwise `x`
+  !> keeps its value. Adds the iterations to `n_inner`, and sets `is_slow` and `answer`.
   subroutine solver_solve_reaction(self, model, r, enough, reaction, is_solved)
     class(dynamic_solver_t), intent(inout) :: self
     type(solid_model_t), intent(in) :: model

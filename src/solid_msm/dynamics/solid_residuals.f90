@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solves with the Jacobian of a wing with a reaction, A = S + N + q C, by the factors of another matrix, such as S + q D: GMRES
-!> in the form that keeps its directions z with their images A z = Q R (adaptive simpler GMRES, Jiranek & Rozloznik 2010,
-!> doi:10.1007/s11075-009-9311-1). It minimises the residual.
+!> Solves with the Jacobian of a wing with a reaction, A = S + N + C (q + omega x), by the factors of another matrix, such as S +
+!> q D: GMRES in the form that keeps its directions z with their images A z = Q R (adaptive simpler GMRES, Jiranek & Rozloznik
+!> 2010, doi:10.1007/s11075-009-9311-1). It minimises the residual.
 !>
 !> As long as A is the same, the solution for the next right-hand side first uses the directions of the earlier ones (de Sturler
 !> 1996, doi:10.1016/0377-0427(94)00123-5): later iterations of Newton's method with one tangent need fewer steps.

@@ -58,7 +58,7 @@ contains
                  is_flown_first('E_per_vein', 'E_per_vein'))
     call t%check('a place is not', .not. is_flown_first('', 'damage') .and. .not. is_flown_first('damage', 'damage'))
     call t%check('nor can a user name it', index(structure_causes(), 'damage') == 0 .and. &
-                 index(structure_causes(), 'stiffness_damping') > 0 .and. index(structure_causes(), 'membrane_mass') > 0)
+                 index(structure_causes(), 'stiffness_damping') == 0 .and. index(structure_causes(), 'membrane_mass') > 0)
   end subroutine check_names
 
   !> A factor of the prior sd or 0.3, 0.3 prior sd of what is no factor; in a round twice the sd of the fit.

@@ -16,7 +16,7 @@ program test_point_reader
   implicit none
   type(testkit_t) :: test
   real(rp), parameter :: CUTOFF = 2*PI/3
-  !> The errors that the header of fluid_point_kernel and of fluid_point_reader state, below these parts of K.
+  !> The errors that the header of fluid_point_reader states, below these parts of K.
   real(rp), parameter :: PARTS(3) = [0.1_rp, 0.5_rp, 1.0_rp], STATED(3) = [2.0e-5_rp, 1.0e-4_rp, 1.5e-3_rp]
   integer, parameter :: N_POINTS = 9
   character(:), allocatable :: flow

@@ -211,7 +211,7 @@ contains
       if (p%kind /= KIND_RELAXATION) return
       time = p%time
       do i = 1, size(list) ! the factor on this time
-        if (list(i)%kind == KIND_RELAXATION_TIME) time = p%time*exp(change(i))
+        if (list(i)%kind == KIND_RELAXATION_TIME .and. list(i)%number == p%number - 1) time = p%time*exp(change(i))
       end do
       text = 'relaxation = '//number_text(c)//NL//'relaxation_time = '//number_text(time)//NL
     end associate
