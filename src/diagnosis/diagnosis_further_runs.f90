@@ -2,6 +2,7 @@
 !> Runs what a diagnosis needs while it runs and its own simulator cannot compute: fits on the other mesh, and flights with the
 !> parameters that were found. Rank 0 leads the diagnosis; the other ranks are in `serve` until it ends.
 module diagnosis_further_runs
+  use, intrinsic :: iso_fortran_env, only: error_unit
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_outcome, only: outcome_t
@@ -180,6 +181,7 @@ contains
       associate (p => self%simulator%wing_parameters(i))
         if (.not. (sd(i) > 0 .and. acts_in_flight(p))) cycle
         call add_structure(p, .false., self%runner, self%flights%cases, is_full, reason)
+        if (p%partner > 0 .and. reason /= '') write (error_unit, '(a)') 'notice: no flights with '//p%name//': '//reason
       end associate
     end do
   end subroutine add_found

@@ -172,6 +172,7 @@ contains
   !> Makes parameter p a change of the flights of all cases, unless it is one. A parameter of the baseline has the value of the fit,
   !> whatever the case has; any other one changes the case by what it differs from its null. `reason` says why no case can be flown
   !> with another value; it is empty if one can. `is_full` is set if there is no room for another parameter.
+  !> A damage or a point mass whose place is sought has its place in other parameters, and no case is flown with it.
   subroutine add_structure(p, is_baseline, runner, cases, is_full, reason)
     type(wing_parameter_t), intent(in) :: p
     logical, intent(in) :: is_baseline
@@ -184,6 +185,10 @@ contains
     real(rp) :: own(size(cases))
     integer :: i, k, n
     reason = ''
+    if (any(p%kind == [KIND_DAMAGE, KIND_POINT_MASS]) .and. p%partner > 0) then
+      reason = 'its place is an unknown, and flights have causes at fixed places only'
+      return
+    end if
     n = 0
     if (allocated(cases(1)%facts%structure)) n = size(cases(1)%facts%structure)
     do k = 1, n
