@@ -173,6 +173,7 @@ contains
   !> Makes parameter p a change of the flights of all cases, unless it is one. A parameter of the baseline has the value of the fit,
   !> whatever the case has; any other one changes the case by what it differs from its null. `reason` says why no case can be flown
   !> with another value; it is empty if one can. `is_full` is set if there is no room for another parameter.
+  !> A damage or a point mass whose place is sought has the place `disc`, also if it is a change already.
   subroutine add_structure(p, is_baseline, runner, cases, is_full, reason)
     type(wing_parameter_t), intent(in) :: p
     logical, intent(in) :: is_baseline
@@ -188,7 +189,11 @@ contains
     n = 0
     if (allocated(cases(1)%facts%structure)) n = size(cases(1)%facts%structure)
     do k = 1, n
-      if (same_parameter(cases(1)%facts%structure(k), p)) return
+      if (.not. same_parameter(cases(1)%facts%structure(k), p)) cycle
+      do i = 1, size(cases)
+        cases(i)%facts%structure(k)%disc = p%disc
+      end do
+      return
     end do
     do i = 1, size(cases)
       own(i) = p%null

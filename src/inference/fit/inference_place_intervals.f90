@@ -7,11 +7,17 @@
 !> At the fit with strength a0 at place 0, a strength a at place v has the residuals r - S0 a0 + S_v a (inference_refine_location).
 !> This tells which places may move an end. The program fits the causes with these, and takes the end from the fit:
 !> a_v -+ sd_v (threshold - (cost_v - least))^(1/2).
+!>
+!> The coordinates of a place that was searched are nuisance parameters, in the bounds of these coordinates and on the object. Steps
+!> of the residuals exclude derivatives with respect to them: a compass search goes to the place where the end is farthest
+!> (inference_search_place), and a profile at that place gives the end.
 module inference_place_intervals
   use base_kinds, only: rp
   use base_lapack, only: orthogonalise
   use inference_design, only: design_t
+  use inference_intervals, only: find_intervals
   use inference_refit, only: fit_nested, nested_fit_t
+  use inference_search_place, only: place_search_t, place_t
   use inference_simulator, only: simulator_t
   use inference_whitener, only: whitener_t
   use least_squares_fit, only: fit_options_t
@@ -20,12 +26,14 @@ module inference_place_intervals
   private
   public :: widen_over_places
 
-  integer, parameter :: MOST = 3 !< places that are fitted for each end
+  integer, parameter :: MOST = 3            !< places that are fitted for each end
+  integer, parameter :: MOST_STEPS = 40     !< evaluations of the search for each end
+  real(rp), parameter :: WORTH = 0.05_rp    !< sd by which an end must move to be worth a step of the search
 
 contains
 
-  !> Widens `interval`, that of the one parameter of candidate c in the fit `extended`, over the other candidates of its effect.
-  !> Nothing changes if there are none. `scale` is the variance of the noise over that of the whitener.
+  !> Widens `interval`, that of the one parameter of candidate c in the fit `extended`, over the other candidates of its effect and,
+  !> if its place was searched, over all places. Nothing changes if there are none. `scale` is the variance of the noise over that of the whitener.
   subroutine widen_over_places(simulator, design, whitener, scale, options, c, extended, interval)
     class(simulator_t), intent(inout), target :: simulator
     type(design_t), intent(in) :: design
@@ -39,6 +47,8 @@ contains
     real(rp), allocatable :: ends(:, :)
     logical, allocatable :: is_open(:)
     integer :: i, n, side
+    if (is_searched(simulator, design, c)) &
+      call widen_around(simulator, design, whitener, scale, options, c, extended, interval)
     rivals = pack([(i, i=1, size(design%candidates))], design%candidates%effect == design%candidates(c)%effect)
     rivals = pack(rivals, rivals /= c)
     rivals = pack(rivals, [(is_same_quantity(simulator, design, c, rivals(i)), i=1, size(rivals))])
@@ -58,6 +68,84 @@ contains
       end do
     end do
   end subroutine widen_over_places
+
+  !> Tells whether candidate c has a place that is not on a lattice.
+  pure logical function is_searched(simulator, design, c)
+    class(simulator_t), intent(in) :: simulator
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: c
+    is_searched = .false.
+    if (.not. allocated(simulator%effects)) return
+    associate (effect => simulator%effects(design%candidates(c)%effect))
+      is_searched = allocated(effect%place) .and. design%candidates(c)%variant == effect%anywhere
+    end associate
+  end function is_searched
+
+  !> Widens the interval of the strength of candidate c over all places. The place of `extended` is within the interval.
+  subroutine widen_around(simulator, design, whitener, scale, options, c, extended, interval)
+    class(simulator_t), intent(inout), target :: simulator
+    type(design_t), intent(in) :: design
+    type(whitener_t), intent(in), target :: whitener
+    real(rp), intent(in) :: scale
+    type(fit_options_t), intent(in) :: options
+    integer, intent(in) :: c
+    type(nested_fit_t), intent(in) :: extended
+    type(interval_t), intent(inout) :: interval
+    type(place_search_t) :: search
+    type(place_t) :: found
+    integer :: k, side
+    search%simulator => simulator
+    search%whitener => whitener
+    search%prior = design%prior
+    search%weight = design%weight
+    search%effect = design%candidates(c)%effect
+    search%strength = design%candidates(c)%columns(1)
+    search%others = pack(extended%active(simulator%n_baseline + 1:), &
+                         extended%active(simulator%n_baseline + 1:) /= search%strength)
+    k = findloc(extended%active, search%strength, 1)
+    search%worth = WORTH*sqrt(extended%covariance(k, k))
+    search%most = MOST_STEPS
+    search%limit = extended%cost() + THRESHOLD_90*scale
+    do side = -1, 1, 2
+      call search%find_end(side, extended%q, extended%state, found)
+      if (found%is_valid) call widen_at(simulator, whitener, scale, options, search%strength, found%q, extended, interval)
+    end do
+  end subroutine widen_around
+
+  !> Widens the interval of the strength `own` by that at the place in q.
+  subroutine widen_at(simulator, whitener, scale, options, own, q, extended, interval)
+    class(simulator_t), intent(inout), target :: simulator
+    type(whitener_t), intent(in), target :: whitener
+    real(rp), intent(in) :: scale
+    type(fit_options_t), intent(in) :: options
+    integer, intent(in) :: own
+    real(rp), intent(in) :: q(:)
+    type(nested_fit_t), intent(in) :: extended
+    type(interval_t), intent(inout) :: interval
+    type(nested_fit_t) :: found
+    type(interval_t), allocatable :: there(:)
+    real(rp) :: left
+    integer :: k
+    call fit_nested(simulator, whitener, extended%active, q, extended%state, options, found)
+    if (.not. found%is_found) return
+    left = scale - max(0.0_rp, found%cost() - extended%cost())/THRESHOLD_90
+    if (.not. left > 0) return
+    call find_intervals(simulator, whitener, left, options, found, there)
+    k = findloc(extended%active(simulator%n_baseline + 1:), own, 1)
+    associate (other => there(k))
+      if (.not. other%is_complete) return
+      if (interval%has_lower .and. other%lower < interval%lower) then
+        interval%lower = other%lower
+        interval%has_lower = other%has_lower
+        interval%is_jump(1) = other%is_jump(1)
+      end if
+      if (interval%has_upper .and. other%upper > interval%upper) then
+        interval%upper = other%upper
+        interval%has_upper = other%has_upper
+        interval%is_jump(2) = other%is_jump(2)
+      end if
+    end associate
+  end subroutine widen_at
 
   !> Tells whether candidates c and d have one parameter each, and the same one but for its place.
   pure logical function is_same_quantity(simulator, design, c, d) result(is_same)

@@ -10,6 +10,10 @@
 !> which is exact up to the curvature of baseline and strength, whatever the dependence on the place is. A compass search (Kolda,
 !> Lewis and Torczon 2003, DOI 10.1137/S003614450242889) with these sums goes along the coordinates of the place, and halves its
 !> steps where none of them is better.
+!>
+!> The same search finds the end of an interval of the strength over all places: at each place the sum of squares left, C, and the
+!> strength a +- sd give the end a +- sd (limit - C)^(1/2), and the search moves to where the end is farthest. This is the profile
+!> likelihood of the strength with the place as nuisance parameters, without derivatives with respect to the place.
 module inference_search_place
   use base_kinds, only: rp
   use base_lapack, only: solve_least_squares
@@ -31,6 +35,7 @@ module inference_search_place
     real(rp), allocatable :: at(:)        !< coordinates of the place
     real(rp), allocatable :: q(:)         !< all parameters after the Gauss-Newton step
     real(rp) :: cost = huge(1.0_rp)       !< the sum of squares that this step leaves
+    real(rp) :: score = huge(1.0_rp)      !< what a search makes small: cost, or minus the distance of an end
   end type place_t
 
   !> A search. Simulator and whitener must live as long as it.
@@ -43,8 +48,12 @@ module inference_search_place
     real(rp) :: worth = 0                 !< decrease of the sum of squares that makes a place better than another one
     integer :: most = 60                  !< evaluations from one place, besides those at starts
     integer :: n_evaluations = 0
+    integer, allocatable :: others(:)     !< further unknowns besides baseline and strength; not allocated: none
+    integer :: side = 0                   !< -1, 1: the search goes for the lower or upper end of an interval of the strength
+    real(rp) :: limit = 0                 !< largest sum of squares within that interval
   contains
     procedure :: run => search_run
+    procedure :: find_end => search_find_end
     procedure, private :: try => search_try
     procedure, private :: explore => search_explore
     procedure, private :: is_near => search_is_near
@@ -87,6 +96,19 @@ contains
     if (second%cost < found%cost) found = second
   end subroutine search_run
 
+  !> Finds the place at which the end of the interval of the strength is farthest on the side `side`, from the fit q whose place is
+  !> within the interval. `worth` is then a distance of ends. found%is_valid is false if there is no result at q. On rank 0.
+  subroutine search_find_end(self, side, q, from, found)
+    class(place_search_t), intent(inout) :: self
+    integer, intent(in) :: side
+    real(rp), intent(in) :: q(:)
+    class(solver_state_t), intent(in) :: from
+    type(place_t), intent(out) :: found
+    self%side = side
+    call self%try(q(self%simulator%effects(self%effect)%place_columns), q, from, found)
+    if (found%is_valid) call self%explore(from, found)
+  end subroutine search_find_end
+
   !> Tells whether two places are so near that a search from one of them reaches the other: by at most three steps in each
   !> coordinate.
   pure logical function search_is_near(self, one, other) result(is_near)
@@ -97,7 +119,7 @@ contains
     end associate
   end function search_is_near
 
-  !> Moves `best` along the coordinates of the place as long as the sum of squares decreases, with smaller and smaller steps.
+  !> Moves `best` along the coordinates of the place as long as its score decreases, with smaller and smaller steps.
   subroutine search_explore(self, from, best)
     class(place_search_t), intent(inout) :: self
     class(solver_state_t), intent(in) :: from
@@ -119,7 +141,7 @@ contains
               at(k) = at(k) + merge(step, -step, side == 1)
               if (self%n_evaluations >= last) return
               call self%try(at, best%q, from, one)
-              is_better = one%is_valid .and. one%cost < best%cost - self%worth
+              is_better = one%is_valid .and. one%score < best%score - self%worth
               if (is_better) best = one
               has_moved = has_moved .or. is_better
               if (is_better) exit
@@ -138,9 +160,10 @@ contains
     real(rp), intent(in) :: at(:), q(:)
     class(solver_state_t), intent(in) :: from
     type(place_t), intent(out) :: one
-    real(rp) :: raw(self%simulator%n_observations), tangents(self%simulator%n_observations, size(self%prior) + 1)
-    real(rp), allocatable :: rows(:, :), left(:), step(:)
-    integer :: columns(size(self%prior) + 1), i, n, b
+    real(rp) :: raw(self%simulator%n_observations)
+    real(rp), allocatable :: rows(:, :), left(:), step(:), tangents(:, :)
+    integer, allocatable :: columns(:)
+    integer :: i, n, b, k
     logical :: ok
     b = size(self%prior)
     n = size(raw)
@@ -148,7 +171,11 @@ contains
       if (any(at < s%parameters(s%effects(self%effect)%place_columns)%lower)) return
       if (any(at > s%parameters(s%effects(self%effect)%place_columns)%upper)) return
       if (.not. s%has_place(self%effect, at)) return
-      columns = [(i, i=1, b), self%strength]
+      columns = [(i, i=1, b)]
+      if (allocated(self%others)) columns = [columns, self%others]
+      columns = [columns, self%strength]
+      k = size(columns)
+      allocate (tangents(n, k))
       one%at = at
       one%q = q
       one%q(s%effects(self%effect)%place_columns) = at
@@ -157,22 +184,40 @@ contains
       if (.not. one%is_valid) return
       call self%whitener%apply_one(raw)
       call self%whitener%apply(tangents)
-      allocate (rows(n + b, b + 1), source=0.0_rp)
+      allocate (rows(n + b, k), source=0.0_rp)
       rows(:n, :) = tangents
       do i = 1, b
         rows(n + i, i) = self%weight(i)
       end do
       left = [raw, (q(:b) - self%prior)*self%weight]
-      allocate (step(b + 1), source=0.0_rp)
+      allocate (step(k), source=0.0_rp)
       call solve_least_squares(rows, -left, step, ok)
       one%is_valid = ok
       if (.not. ok) return
-      step = step*min(1.0_rp, longest_step(q(self%strength))/max(abs(step(b + 1)), tiny(1.0_rp)))
+      step = step*min(1.0_rp, longest_step(q(self%strength))/max(abs(step(k)), tiny(1.0_rp)))
       one%cost = sum((left + matmul(rows, step))**2)
       one%q(columns) = min(s%parameters(columns)%upper, max(s%parameters(columns)%lower, q(columns) + step))
+      one%score = one%cost
+      if (self%side /= 0) one%score = -self%side*end_of_interval()
     end associate
 
   contains
+
+    !> Returns the end of the interval of the strength at this place by the tangents, within the bounds. A place outside of the
+    !> interval has one infinitely far on the other side.
+    real(rp) function end_of_interval() result(end)
+      real(rp) :: shares(k - 1), own
+      logical :: has_shares
+      end = -self%side*huge(1.0_rp)
+      if (one%cost > self%limit) return
+      call solve_least_squares(rows(:, :k - 1), rows(:, k), shares, has_shares)
+      own = norm2(rows(:, k) - matmul(rows(:, :k - 1), shares))
+      if (.not. (has_shares .and. own > 0)) return
+      associate (parameter => self%simulator%parameters(self%strength))
+        end = one%q(self%strength) + self%side*sqrt(self%limit - one%cost)/own
+        end = min(parameter%upper, max(parameter%lower, end))
+      end associate
+    end function end_of_interval
 
     !> Returns the longest step of the strength from this value.
     pure real(rp) function longest_step(strength)

@@ -34,6 +34,7 @@ program test_flight_structure
   call check_choice()
   call check_alone()
   call check_full()
+  call check_places()
   call check_round()
   call t%finish()
 
@@ -159,6 +160,32 @@ contains
     call add_structure(parameter_of('p', .true., 1.0_rp, 100), .false., runner, cases, is_full, reason)
     call t%check('one more does', is_full .and. reason /= '')
   end subroutine check_full
+
+  !> A point mass is flown at its place: one of the lattice, and one whose place is sought, which may move.
+  subroutine check_places()
+    type(flight_data_t), allocatable :: cases(:)
+    type(judging_runner_t) :: runner
+    type(wing_parameter_t) :: p
+    character(:), allocatable :: reason
+    logical :: is_full
+    allocate (cases(1))
+    cases(1)%facts%is_flexible = .true.
+    is_full = .false.
+    p = parameter_of('point_mass', .false., 1.0_rp, 0)
+    p%kind = KIND_POINT_MASS
+    p%disc = [4.0e-3_rp, 1.0e-3_rp, 0.0_rp]
+    call add_structure(p, .false., runner, cases, is_full, reason)
+    call t%check('one of the lattice is flown', reason == '' .and. size(cases(1)%facts%structure) == 1)
+    call t%check('at its place', all(abs(cases(1)%facts%structure(1)%disc - p%disc) <= 0))
+    p%partner = 2
+    call add_structure(p, .false., runner, cases, is_full, reason)
+    call t%check('one whose place is sought is another parameter', reason == '' .and. size(cases(1)%facts%structure) == 2)
+    p%disc(1) = 5.0e-3_rp
+    call add_structure(p, .false., runner, cases, is_full, reason)
+    call t%check('the same after it has moved', reason == '' .and. size(cases(1)%facts%structure) == 2)
+    call t%check('to its place', all(abs(cases(1)%facts%structure(2)%disc - p%disc) <= 0))
+    call t%check('and the other one stays', abs(cases(1)%facts%structure(1)%disc(1) - 4.0e-3_rp) <= 0)
+  end subroutine check_places
 
   !> Forces 1 + 2 g: without flights for g residuals do not depend on it, with those of a round they do, in that approximation.
   subroutine check_round()
