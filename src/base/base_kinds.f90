@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Number kinds. The project computes in double precision; only approximations that an iteration corrects are in single precision.
+!> Number kinds. The project computes in double precision only.
 module base_kinds
   use, intrinsic :: iso_fortran_env, only: real64, real32, int64, int32
   implicit none
@@ -7,7 +7,7 @@ module base_kinds
   public :: rp, sp, i4, i8
 
   integer, parameter :: rp = real64 !< working precision
-  integer, parameter :: sp = real32 !< single precision, for output files and preconditioners only
+  integer, parameter :: sp = real32 !< single precision, for output files only
   integer, parameter :: i4 = int32
   integer, parameter :: i8 = int64
 end module base_kinds

@@ -96,11 +96,10 @@ contains
     class(flow_reaction_t), intent(inout) :: self
     integer :: c, p
     if (.not. allocated(self%blocks)) return
-    call self%response%prepare_roughly()
     do c = 1, 3
       self%velocity = 0
       self%velocity(c, :) = 1
-      call self%response%solve_roughly(self%velocity, self%work)
+      call self%response%solve(self%velocity, self%work)
       self%moved = 0
       call self%markers%spread(self%work, self%moved)
       self%blocks(:, c, :) = self%moved
@@ -211,7 +210,7 @@ contains
     real(rp), intent(inout) :: y(:, :)
     call self%markers%positions(x, self%velocity)
     self%velocity = (self%weight*self%newton/(self%speed*self%h))*self%velocity
-    call self%response%solve_roughly(self%velocity, self%work)
+    call self%response%solve(self%velocity, self%work)
     call self%markers%spread(self%work, y)
   end subroutine reaction_tangent
 

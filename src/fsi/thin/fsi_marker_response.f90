@@ -13,7 +13,6 @@
 module fsi_marker_response
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_factorised
-  use base_rough_factor, only: rough_factor_t
   use fsi_green, only: green_t
   use parallel_inverse, only: shared_inverse_t
   use parallel_world, only: world_t
@@ -26,7 +25,6 @@ module fsi_marker_response
   type :: marker_response_t
     real(rp), allocatable, private :: factor(:, :) !< (3n, 3n) Cholesky's factor of M, in its lower triangle, if M is not shared
     type(shared_inverse_t), allocatable, private :: inverse !< if M is shared
-    type(rough_factor_t), allocatable, private :: rough !< the same in single precision, if it was asked for
     real(rp), allocatable, private :: work(:)      !< (3n)
     integer, private :: axes(3) = [1, 2, 3]        !< of the wing frame, in the order of the tensor's
     real(rp), private :: rotation(3, 3) = 0        !< R, if the markers have turned
@@ -35,9 +33,7 @@ module fsi_marker_response
     procedure :: init => response_init
     procedure :: build => response_build
     procedure :: turn => response_turn
-    procedure :: prepare_roughly => response_prepare_roughly
     procedure :: solve => response_solve
-    procedure :: solve_roughly => response_solve_roughly
     procedure :: serve => response_serve
     procedure :: release => response_release
     procedure :: memory_bytes => response_memory_bytes
@@ -56,7 +52,6 @@ contains
     if (is_2d) self%axes = [2, 1, 3]
     if (allocated(self%factor)) deallocate (self%factor)
     if (allocated(self%inverse)) deallocate (self%inverse)
-    if (allocated(self%rough)) deallocate (self%rough)
     if (allocated(self%work)) deallocate (self%work)
     allocate (self%work(3*n), source=0.0_rp)
     if (present(group)) then
@@ -130,31 +125,6 @@ contains
     call get_forces(self, f)
   end subroutine response_solve
 
-  !> Prepares `solve_roughly` after `build`. The first call allocates.
-  subroutine response_prepare_roughly(self)
-    class(marker_response_t), intent(inout) :: self
-    if (.not. allocated(self%factor)) return
-    if (.not. allocated(self%rough)) then
-      allocate (self%rough)
-      call self%rough%init(size(self%factor, 1))
-    end if
-    call self%rough%take(self%factor)
-  end subroutine response_prepare_roughly
-
-  !> Does what `solve` does, for iterations that correct an error of about 1e-5 of f. It takes less time if M is not shared.
-  subroutine response_solve_roughly(self, v, f)
-    class(marker_response_t), intent(inout) :: self
-    real(rp), intent(in) :: v(:, :)
-    real(rp), intent(inout) :: f(:, :)
-    if (.not. allocated(self%rough)) then
-      call self%solve(v, f)
-      return
-    end if
-    call put_velocities(self, v)
-    call self%rough%solve(self%work)
-    call get_forces(self, f)
-  end subroutine response_solve_roughly
-
   !> Sets `work` to the velocities v(3, n), along the axes of the tensor when M was made.
   pure subroutine put_velocities(self, v)
     type(marker_response_t), intent(inout) :: self
@@ -200,7 +170,6 @@ contains
     class(marker_response_t), intent(in) :: self
     bytes = 0
     if (allocated(self%factor)) bytes = 8*real(size(self%factor), rp)
-    if (allocated(self%rough)) bytes = bytes + self%rough%memory_bytes()
     if (allocated(self%inverse)) bytes = self%inverse%memory_bytes()
   end function response_memory_bytes
 end module fsi_marker_response

@@ -105,7 +105,7 @@ contains
           z(:, :, k) = orthogonal(:, :, k - 1)
         end if
         last = left
-        call equilibrium%cholesky%solve_roughly(z(:, :, k))
+        call equilibrium%cholesky%solve(1, z(:, :, k))
         call multiply(self, model, equilibrium%blocks, turns, reaction, q, k)
         n_iterations = n_iterations + 1
         size_image = sqrt(inner(self%image, self%image))

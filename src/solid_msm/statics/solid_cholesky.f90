@@ -27,7 +27,6 @@ module solid_cholesky
     procedure :: free => cholesky_free
     procedure :: factorise => cholesky_factorise
     procedure :: solve => cholesky_solve
-    procedure :: solve_roughly => cholesky_solve_roughly
     procedure :: reciprocal_condition => cholesky_reciprocal_condition
   end type cholesky_t
 
@@ -49,11 +48,6 @@ module solid_cholesky
       integer(c_int), value :: columns
       real(c_double), intent(inout) :: b(*)
     end function solid_cholmod_solve
-    integer(c_int) function solid_cholmod_solve_roughly(handle, b) bind(c)
-      import :: c_ptr, c_int, c_double
-      type(c_ptr), value :: handle
-      real(c_double), intent(inout) :: b(*)
-    end function solid_cholmod_solve_roughly
     real(c_double) function solid_cholmod_rcond(handle) bind(c)
       import :: c_ptr, c_double
       type(c_ptr), value :: handle
@@ -115,14 +109,6 @@ contains
     real(rp), intent(inout) :: b(*)
     call require(solid_cholmod_solve(self%handle, columns, b) == 0, 'cholesky_t: the solution failed')
   end subroutine cholesky_solve
-
-  !> Replaces b(3, n/3), or any array of the same length, by an approximation of A^-1 b, for a preconditioner: computed in single
-  !> precision if A is not nearly singular.
-  subroutine cholesky_solve_roughly(self, b)
-    class(cholesky_t), intent(in) :: self
-    real(rp), intent(inout) :: b(*)
-    call require(solid_cholmod_solve_roughly(self%handle, b) == 0, 'cholesky_t: the rough solution failed')
-  end subroutine cholesky_solve_roughly
 
   !> Returns a cheap estimate of the reciprocal condition number of the last factorised matrix.
   real(rp) function cholesky_reciprocal_condition(self) result(rcond)

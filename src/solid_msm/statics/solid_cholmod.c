@@ -4,25 +4,9 @@
 #define _GNU_SOURCE /* RTLD_DEFAULT, RTLD_NEXT */
 #include <cholmod.h>
 #include <dlfcn.h>
-#include <math.h>
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Eight numbers in single precision, which the compiler keeps in registers. */
-typedef float eight_t __attribute__((vector_size(32)));
-enum { WIDTH = 8 };
-
-/* The factor L in single precision, supernode after supernode: its columns, each with all rows of the supernode, from 0 above the
- * diagonal to zeros behind the last row, so that every column is a whole number of eights. */
-typedef struct {
-  eight_t *columns;   /* NULL: no room has been made, or CHOLMOD's factor has no supernodes */
-  float *reciprocals; /* 1/diagonal of every column */
-  eight_t *rows;      /* right-hand side at the rows of a supernode */
-  float *x;           /* right-hand side */
-  int is_current;     /* it belongs to the last factorisation */
-  int is_usable;      /* and L is well enough conditioned */
-} rough_t;
 
 typedef struct {
   cholmod_common common;
@@ -31,7 +15,6 @@ typedef struct {
   int *place;             /* of every given value in the matrix */
   cholmod_factor *factor;
   cholmod_dense *rhs, *x, *y, *e; /* as wide as the widest right-hand side so far */
-  rough_t rough;
   int n;
 } solver_t;
 
@@ -86,10 +69,6 @@ void solid_cholmod_free(solver_t **handle) {
   cholmod_finish(&s->common);
   free(s->order);
   free(s->place);
-  free(s->rough.columns);
-  free(s->rough.reciprocals);
-  free(s->rough.rows);
-  free(s->rough.x);
   free(s);
   *handle = NULL;
 }
@@ -190,7 +169,6 @@ int solid_cholmod_factorise(solver_t *s, const double *values) {
   double *x = s->matrix->x;
   const int *start = s->matrix->p;
   for (int k = 0; k < start[s->n]; k++) x[s->place[k]] = values[k];
-  s->rough.is_current = 0;
   s->common.status = CHOLMOD_OK;
   int ok = cholmod_factorize(s->matrix, s->factor, &s->common);
   end_one_thread(levels);
@@ -218,136 +196,6 @@ int solid_cholmod_solve(solver_t *s, int columns, double *b) {
   }
   end_one_thread(levels);
   return ok ? 0 : -1;
-}
-
-/* Two versions of a function; the program takes the one that the processor can run. */
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define FOR_NEW_PROCESSORS_TOO __attribute__((target_clones("avx2", "default")))
-#else
-#define FOR_NEW_PROCESSORS_TOO
-#endif
-
-/* Eights in a column of supernode k. */
-static size_t eights(const cholmod_factor *l, size_t k) {
-  const int *pi = l->pi;
-  return ((size_t)(pi[k + 1] - pi[k]) + WIDTH - 1)/WIDTH;
-}
-
-/* Makes room for the factor in single precision. 0: made. */
-static int make_room(solver_t *s) {
-  const cholmod_factor *l = s->factor;
-  const int *super = l->super;
-  size_t total = 0, longest = 1;
-  for (size_t k = 0; k < l->nsuper; k++) {
-    size_t n = eights(l, k);
-    total += n*(size_t)(super[k + 1] - super[k]);
-    if (n > longest) longest = n;
-  }
-  s->rough.columns = aligned_alloc(sizeof(eight_t), (total > 0 ? total : 1)*sizeof(eight_t));
-  s->rough.rows = aligned_alloc(sizeof(eight_t), longest*sizeof(eight_t));
-  s->rough.reciprocals = malloc((size_t)s->n*sizeof(float));
-  s->rough.x = malloc((size_t)s->n*sizeof(float));
-  return s->rough.columns && s->rough.rows && s->rough.reciprocals && s->rough.x ? 0 : -1;
-}
-
-/* Copies the factor in single precision. */
-static void copy_factor(solver_t *s) {
-  const double LEAST = 1e-6; /* (smallest/largest diagonal of L)^2; below, the rounding of single precision matters */
-  const cholmod_factor *l = s->factor;
-  const int *super = l->super, *pi = l->pi, *px = l->px;
-  const double *values = l->x;
-  float *to = (float *)s->rough.columns;
-  double smallest = HUGE_VAL, largest = 0;
-  for (size_t k = 0; k < l->nsuper; k++) {
-    int n_columns = super[k + 1] - super[k], n_rows = pi[k + 1] - pi[k], length = (int)eights(l, k)*WIDTH;
-    for (int j = 0; j < n_columns; j++, to += length) {
-      const double *column = values + px[k] + (size_t)j*n_rows;
-      for (int i = 0; i < j; i++) to[i] = 0;
-      for (int i = j; i < n_rows; i++) to[i] = (float)column[i];
-      for (int i = n_rows; i < length; i++) to[i] = 0;
-      s->rough.reciprocals[super[k] + j] = (float)(1/column[j]);
-      if (column[j] < smallest) smallest = column[j];
-      if (column[j] > largest) largest = column[j];
-    }
-  }
-  s->rough.is_current = 1;
-  s->rough.is_usable = smallest*smallest > LEAST*largest*largest;
-}
-
-/* Sets `rows` to x at the rows of supernode k, and zeros behind the last. */
-static void gather(const solver_t *s, size_t k) {
-  const int *super = s->factor->super, *pi = s->factor->pi, *row = (const int *)s->factor->s + pi[k];
-  int n_columns = super[k + 1] - super[k], n_rows = pi[k + 1] - pi[k], length = (int)eights(s->factor, k)*WIDTH;
-  float *w = (float *)s->rough.rows;
-  memcpy(w, s->rough.x + super[k], (size_t)n_columns*sizeof *w);
-  for (int i = n_columns; i < n_rows; i++) w[i] = s->rough.x[row[i]];
-  for (int i = n_rows; i < length; i++) w[i] = 0;
-}
-
-/* x becomes L^-1 x. */
-FOR_NEW_PROCESSORS_TOO
-static void solve_lower(const solver_t *s) {
-  const int *super = s->factor->super, *pi = s->factor->pi;
-  const eight_t *column = s->rough.columns;
-  eight_t *rows = s->rough.rows;
-  float *w = (float *)rows, *x = s->rough.x;
-  for (size_t k = 0; k < s->factor->nsuper; k++) {
-    const int *row = (const int *)s->factor->s + pi[k];
-    int n_columns = super[k + 1] - super[k], n_rows = pi[k + 1] - pi[k], n = (int)eights(s->factor, k);
-    gather(s, k);
-    for (int j = 0; j < n_columns; j++, column += n) {
-      float found = w[j]*s->rough.reciprocals[super[k] + j];
-      for (int i = j/WIDTH; i < n; i++) rows[i] -= found*column[i];
-      x[super[k] + j] = found;
-    }
-    for (int i = n_columns; i < n_rows; i++) x[row[i]] = w[i];
-  }
-}
-
-/* x becomes L^-T x. */
-FOR_NEW_PROCESSORS_TOO
-static void solve_upper(const solver_t *s) {
-  const int *super = s->factor->super;
-  const eight_t *column = s->rough.columns, *rows = s->rough.rows;
-  float *w = (float *)s->rough.rows;
-  for (size_t k = 0; k < s->factor->nsuper; k++) column += eights(s->factor, k)*(size_t)(super[k + 1] - super[k]);
-  for (size_t k = s->factor->nsuper; k-- > 0;) {
-    int n_columns = super[k + 1] - super[k], n = (int)eights(s->factor, k);
-    gather(s, k);
-    for (int j = n_columns - 1; j >= 0; j--) {
-      column -= n;
-      float value = w[j];
-      eight_t sums = {0}, more = {0};
-      w[j] = 0; /* the sum is that of the rows below the diagonal */
-      int i = j/WIDTH;
-      for (; i + 1 < n; i += 2) {
-        sums += column[i]*rows[i];
-        more += column[i + 1]*rows[i + 1];
-      }
-      if (i < n) sums += column[i]*rows[i];
-      sums += more;
-      value -= ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
-      w[j] = value*s->rough.reciprocals[super[k] + j];
-      s->rough.x[super[k] + j] = w[j];
-    }
-  }
-}
-
-/* b(n) is replaced by the solution in single precision, which takes a third of the time; in double precision if the matrix is
- * nearly singular or so small that CHOLMOD has no supernodes. 0: done. */
-int solid_cholmod_solve_roughly(solver_t *s, double *b) {
-  if (!s->factor->is_super) return solid_cholmod_solve(s, 1, b);
-  if (!s->rough.x && make_room(s)) return -1;
-  if (!s->rough.is_current) copy_factor(s);
-  if (!s->rough.is_usable) return solid_cholmod_solve(s, 1, b);
-  double largest = 0; /* the range of numbers in single precision is small */
-  for (int k = 0; k < s->n; k++) largest = fmax(largest, fabs(b[k]));
-  if (largest == 0) return 0;
-  for (int k = 0; k < s->n; k++) s->rough.x[k] = (float)(b[s->order[k]]/largest);
-  solve_lower(s);
-  solve_upper(s);
-  for (int k = 0; k < s->n; k++) b[s->order[k]] = largest*s->rough.x[k];
-  return 0;
 }
 
 /* (smallest/largest diagonal of L)^2, a cheap estimate of 1/condition. */
