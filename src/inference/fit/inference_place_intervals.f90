@@ -33,7 +33,8 @@ module inference_place_intervals
 contains
 
   !> Widens `interval`, that of the one parameter of candidate c in the fit `extended`, over the other candidates of its effect and,
-  !> if its place was searched, over all places. Nothing changes if there are none. `scale` is the variance of the noise over that of the whitener.
+  !> if its place was searched, over all places. Nothing changes if there are none. `scale` is the variance of the noise over that
+  !> of the whitener.
   subroutine widen_over_places(simulator, design, whitener, scale, options, c, extended, interval)
     class(simulator_t), intent(inout), target :: simulator
     type(design_t), intent(in) :: design

@@ -198,26 +198,10 @@ contains
       one%cost = sum((left + matmul(rows, step))**2)
       one%q(columns) = min(s%parameters(columns)%upper, max(s%parameters(columns)%lower, q(columns) + step))
       one%score = one%cost
-      if (self%side /= 0) one%score = -self%side*end_of_interval()
+      if (self%side /= 0) one%score = score_of_end(self, rows, one)
     end associate
 
   contains
-
-    !> Returns the end of the interval of the strength at this place by the tangents, within the bounds. A place outside of the
-    !> interval has one infinitely far on the other side.
-    real(rp) function end_of_interval() result(end)
-      real(rp) :: shares(k - 1), own
-      logical :: has_shares
-      end = -self%side*huge(1.0_rp)
-      if (one%cost > self%limit) return
-      call solve_least_squares(rows(:, :k - 1), rows(:, k), shares, has_shares)
-      own = norm2(rows(:, k) - matmul(rows(:, :k - 1), shares))
-      if (.not. (has_shares .and. own > 0)) return
-      associate (parameter => self%simulator%parameters(self%strength))
-        end = one%q(self%strength) + self%side*sqrt(self%limit - one%cost)/own
-        end = min(parameter%upper, max(parameter%lower, end))
-      end associate
-    end function end_of_interval
 
     !> Returns the longest step of the strength from this value.
     pure real(rp) function longest_step(strength)
@@ -228,4 +212,25 @@ contains
       end associate
     end function longest_step
   end subroutine search_try
+
+  !> Returns the score of place `one`, whose tangents are rows(:, unknowns) with the strength last: minus how far the end of the
+  !> interval is on its side, within the bounds. That of a place outside of the interval is huge.
+  real(rp) function score_of_end(self, rows, one) result(score)
+    class(place_search_t), intent(in) :: self
+    real(rp), intent(in) :: rows(:, :)
+    type(place_t), intent(in) :: one
+    real(rp) :: shares(size(rows, 2) - 1), own
+    integer :: k
+    logical :: ok
+    score = huge(1.0_rp)
+    if (one%cost > self%limit) return
+    k = size(rows, 2)
+    call solve_least_squares(rows(:, :k - 1), rows(:, k), shares, ok)
+    own = norm2(rows(:, k) - matmul(rows(:, :k - 1), shares))
+    if (.not. (ok .and. own > 0)) return
+    associate (parameter => self%simulator%parameters(self%strength))
+      score = one%q(self%strength) + self%side*sqrt(self%limit - one%cost)/own
+      score = -self%side*min(parameter%upper, max(parameter%lower, score))
+    end associate
+  end function score_of_end
 end module inference_search_place
