@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Six coarse cases of forces on two flapping wings in space, in msm_diagnose. The data come from flusi with the other representation
 of the wings (penalized, a sheet of four cells) on twice the points, with noise and the errors of a balance; the diagnosis flies
-wings without thickness, and is told how thick those of the data are. docs/results/flight-study.md has the results.
+wings without thickness. Its input states the thickness of the wings of the data. docs/results/flight-study.md has the results.
 
 usage: run_wings [--points 16] [--beats 2] [--seed 1] [--folder runs/bench_diagnosis_wings] [--programs build/release/bin]
                  [--ranks 1] [--rounds 3] [--unknown-thickness] [--cost] [CASE ...]

@@ -56,7 +56,7 @@ def test_null(case):
 
 def test_finer(case):
     """Modes of a wing of a finer mesh, whose membrane is 1.4 times as heavy: all fits use this mesh, because its error could decide.
-    The choice is told."""
+    The program says that it makes its fits there."""
     vibrate(case, "data.h5", refine=1, mass={"membrane": 1.4})
     code, found = diagnose(case, "data.h5", "finer", SHORT, parameters="E", refine="auto")
     band = found["mesh_band"]

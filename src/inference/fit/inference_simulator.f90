@@ -40,7 +40,7 @@ module inference_simulator
     !> It has one parameter besides these, its strength, and is released once a search has found a place. 0: there is none.
     integer :: anywhere = 0
     integer, allocatable :: place_columns(:)  !< the parameters of that place, which belong to no variant
-    real(rp), allocatable :: place(:)         !< what a search has found
+    real(rp), allocatable :: place(:)         !< coordinates that a search has found, in the units of their parameters
     real(rp) :: strength = 0                  !< about the best one there
   contains
     procedure :: is_testable => effect_is_testable

@@ -24,7 +24,7 @@ module solid_residuals
     real(rp), private :: turning(3) = 0 !< angular velocity of the frame over q
     real(rp), private, allocatable :: upper(:, :) !< (MOST, MOST) R
     real(rp), private, allocatable :: directions(:, :, :), images(:, :, :) !< (3, n_free, MOST) z and Q
-    real(rp), private, allocatable :: answers(:, :, :) !< (3, n_free, MOST) what the reaction has in A z
+    real(rp), private, allocatable :: answers(:, :, :) !< (3, n_free, MOST) the part C (q + omega x) z of A z
     real(rp), private, allocatable :: left(:, :), image(:, :), all_x(:, :), all_y(:, :)
   contains
     procedure :: init => residuals_init

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Writes the sections of a flight whose wings have another structure than those of the case: [Wing] parameters and places, [Mass]
-!> and [Damping]. Each change counts from what the case has, so that a change of 0 writes nothing.
+!> and [Damping]. The program adds each change to the value of the case. It writes nothing for a change of 0.
 module diagnose_flight_structure
   use base_kinds, only: rp
   use base_text, only: number_text
