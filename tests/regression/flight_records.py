@@ -331,6 +331,8 @@ def test_surface(case):
     own = f"wing_thickness = {4 / 8 * LENGTH!r}\n"
     code, _, text = diagnose(thick, "data.h5", "same", few + "refine = thickness\n" + own)
     check(code == 2 and "the case cannot be flown so: its wings have the thickness of those of the experiment" in text, text)
+    code, found, _ = diagnose(thin, "data.h5", "stated", few + "refine = surface\n" + own)
+    check(code == ADEQUATE, f"the stated thickness is that of the mask: {found['verdict']['sentence']}")
     code, found, _ = diagnose(thin, "data.h5", "thin", few + f"refine = surface\nwing_thickness = {0.04 / 8 * LENGTH!r}\n")
     check(code != ADEQUATE, f"a plate of a hundredth of the mask does not differ so much: {found['verdict']['sentence']}")
     _, _, text = diagnose(thin, "data.h5", "usual", few + "refine = yes\n" + own, flags=("--plan",))
