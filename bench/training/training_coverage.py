@@ -84,7 +84,21 @@ def cover_wing(options, w, folder):
               "code": done.returncode, "intervals": {}}
     if done.returncode == 0:
         result.update(read_outcome(folder / "train_history.h5", done.stdout))
+        result["chi2_of_truth"] = chi2_of_truth(options, folder, sections, truth)
     return result
+
+
+def chi2_of_truth(options, folder, sections, truth):
+    """Returns the sum of squares of the wing with the true values, loads solved from the unloaded wing, as --evaluate prints it."""
+    joints = ", ".join(f"{name} {value!r}" for name, value in truth.items() if name != "E")
+    sections["Wing"].update(E=repr(truth["E"]), parameters=joints)
+    write_input(folder, sections, options.changes, "truth.ini")
+    done = subprocess.run([options.build.resolve() / "bin/msm_train", "truth.ini", "--evaluate"], cwd=folder, check=True,
+                          stdout=subprocess.PIPE, text=True)
+    rows = re.findall(r"^\S+ +\S+ +(\d+) +\S+ +\S+ +(\S+) +\d+ +\d+", done.stdout, re.MULTILINE)
+    if len(rows) != len(re.findall(r"^\S+ +\S+ +\d+ ", done.stdout, re.MULTILINE)):
+        return math.nan  # a shape was not found
+    return sum(int(points) * float(chi2) for points, chi2 in rows)
 
 
 def measure(options, w, folder):
@@ -154,6 +168,8 @@ def tell(w, results):
     print(f"wing {w}: so far {sum(r[0] for r in rows if r[1] == 2)} of {sum(r[1] == 2 for r in rows)} intervals with both "
           f"ends hold the truth, {sum(r[0] for r in rows)} of {len(rows)} in all; made in {one['make_s']} s, fitted in "
           f"{one['fit_s']} s" + ("" if one["code"] == 0 else f", exit code {one['code']}"), flush=True)
+    if one["code"] == 0 and one["chi2_of_truth"] < one["chi2"] - 3:
+        print(f"  the truth has a lower sum of squares: {one['chi2_of_truth']:.7g} instead of {one['chi2']:.7g}")
     if one["code"] == 0 and not one["fits"]:
         print(f"  does not fit: chi^2 = {one['chi2']:.5g} of {one['residuals']:.0f}")
     for name, i in one["intervals"].items():
@@ -174,6 +190,9 @@ def summary(options, results):
             "failed": sum(one["code"] != 0 for one in results),
             "not_fitting": sum(one["code"] == 0 and not one["fits"] for one in results),
             "coverage_where_it_fits": round(sum(fitting) / max(1, len(fitting)), 4),
+            "truth_below_by_3": sum(one["chi2_of_truth"] < one["chi2"] - 3 for one in results if one["code"] == 0),
+            "truth_unknown": sum(math.isnan(one["chi2_of_truth"]) for one in results if one["code"] == 0),
+            "fit_s": round(sum(one["fit_s"] for one in results), 1),
             "missed_at_a_jump": sum(not r[0] and r[3] for r in rows), "redrawn": sum(one["redrawn"] for one in results),
             "cpu_s": round(sum(one["make_s"] + one["fit_s"] for one in results), 1)}
 

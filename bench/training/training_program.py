@@ -28,14 +28,14 @@ LIMIT = 1e-3     # sd of the logarithm of an identifiable joint
 FORCE = 0.25     # of the forces of ini/static.ini, so that no load snaps
 
 
-def write_input(folder, sections, changes):
-    """Writes folder/train.ini with changes of the form SECTION.KEY=VALUE."""
+def write_input(folder, sections, changes, name="train.ini"):
+    """Writes an input of this name into the folder, with changes of the form SECTION.KEY=VALUE."""
     for change in changes:
         place, value = change.split("=", 1)
         section, key = place.split(".")
         sections.setdefault(section, {})[key] = value
-    (folder / "train.ini").write_text("".join(f"[{name}]\n" + "".join(f"{k} = {v};\n" for k, v in keys.items())
-                                              for name, keys in sections.items()))
+    (folder / name).write_text("".join(f"[{section}]\n" + "".join(f"{k} = {v};\n" for k, v in keys.items())
+                                       for section, keys in sections.items()))
 
 
 def main():
