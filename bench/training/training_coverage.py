@@ -95,10 +95,11 @@ def chi2_of_truth(options, folder, sections, truth):
     write_input(folder, sections, options.changes, "truth.ini")
     done = subprocess.run([options.build.resolve() / "bin/msm_train", "truth.ini", "--evaluate"], cwd=folder, check=True,
                           stdout=subprocess.PIPE, text=True)
-    rows = re.findall(r"^\S+ +\S+ +(\d+) +\S+ +\S+ +(\S+) +\d+ +\d+", done.stdout, re.MULTILINE)
-    if len(rows) != len(re.findall(r"^\S+ +\S+ +\d+ ", done.stdout, re.MULTILINE)):
+    table = done.stdout.partition("chi^2/points")[2].splitlines()[1:]
+    rows = [re.fullmatch(r"\S+ +\S+ +(\d+) +\S+ +\S+ +(\S+) +\d+ +\d+.*", line) for line in table if line.startswith("P")]
+    if not all(rows):
         return math.nan  # a shape was not found
-    return sum(int(points) * float(chi2) for points, chi2 in rows)
+    return sum(int(points) * float(chi2) for points, chi2 in (row.groups() for row in rows))
 
 
 def measure(options, w, folder):
