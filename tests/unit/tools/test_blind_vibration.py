@@ -85,6 +85,16 @@ class Visibility(unittest.TestCase):
                         damping=replace(damping, rayleigh_mass=1.2 * damping.rayleigh_mass))
         self.assertLess(oracle.snr(oracle.show(other)), 2.0, "of some hundreds")
 
+    def test_nuisance_of_many_sd(self):
+        """A lag of the sensor is first of all a late record: no more of it is visible than what a trigger that is wrong by the same
+        time leaves, its improbability included."""
+        oracle = self.individual.oracle("same", "record")
+        for many in 5, 10:
+            lag = many * oracle.rig.trigger
+            shown = oracle.show(replace(oracle.base, unstated=subjects.Unstated(lag=lag)))
+            late = oracle.residual(shown, {"trigger": -many})
+            self.assertLess(oracle.snr(shown), np.sqrt(late @ late + many**2))
+
 
 class Cases(unittest.TestCase):
     def make(self, folder, kind, cases):
