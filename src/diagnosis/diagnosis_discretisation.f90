@@ -116,7 +116,8 @@ contains
       call failure%raise('the refined mesh maps to a different set of height samples; --refine=no counts no error of the mesh')
       return
     end if
-    call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue, s%flights)
+    call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue, s%flights, &
+                        s%membrane_sd)
     allocate (patterns%site(2, 0))
     call self%simulator%init(world, self%experiment, self%wing, self%catalogue, bins, patterns, parts, &
                              s%flights)

@@ -54,6 +54,17 @@ def test_null(case):
     check(abs(damping / 200 - 1) < 0.1, f"damping is {damping} 1/s")
 
 
+def test_membrane(case):
+    """A membrane that is stiffer by one sd of what is known of D: the phase of the record turns by many times its errors, but that is
+    no discovery."""
+    ring(case, "data.h5", stiffness={"D": 2.2e-7})
+    code, found = diagnose(case, "data.h5", "membrane", OPTIONS + "validation = no;\n", parameters="E")
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    error = {one["name"]: one["value"] for one in found["baseline"]["parameters"]}["membrane_error"]
+    check(abs(error / 1.1 - 1) < 0.03, f"D is {error} times as large as stated")
+    check(f"D = {error * 2e-7:.4g}"[:9] in (case.folder / "membrane_baseline.ini").read_text(), "flusi's file of the baseline has this D")
+
+
 def test_finer(case):
     """A record of a viscoelastic wing of a finer mesh: all fits use this mesh, because its error could decide, and the cause has its
     name."""

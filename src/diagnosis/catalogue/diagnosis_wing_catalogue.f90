@@ -13,7 +13,7 @@ module diagnosis_wing_catalogue
   use diagnosis_wing_inertia, only: add_air, enter_flown_inertia, enter_inertia
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_needs, only: missing_of
-  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMAGE, KIND_SOFT, KIND_ZERO
+  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_DAMAGE, KIND_MEMBRANE, KIND_SOFT, KIND_ZERO
   use diagnosis_wing_places, only: append_anywhere, append_place, enter_anywhere
   use diagnosis_wing_shake, only: enter_shake
   use inference_simulator, only: variant_t
@@ -23,6 +23,7 @@ module diagnosis_wing_catalogue
   use solid_effects, only: list_effect_causes
   use solid_layout, only: hinge_in_vein
   use solid_structure_causes, only: list_structure_causes
+  use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS
   use solid_wing, only: wing_t
   implicit none
   private
@@ -38,13 +39,14 @@ contains
 
   !> Makes the catalogue for an experiment without unknowns on `wing`. The baseline fits the parameters of these numbers, with
   !> `decades` as sd of their priors.
-  subroutine make_catalogue(experiment, wing, numbers, decades, catalogue, flights)
+  subroutine make_catalogue(experiment, wing, numbers, decades, catalogue, flights, membrane_sd)
     type(experiment_t), intent(in) :: experiment
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: numbers(:)
     real(rp), intent(in) :: decades
     type(catalogue_t), intent(out) :: catalogue
     type(flight_cases_t), intent(in), optional :: flights !< of records of forces over the beat, if there are any
+    real(rp), intent(in), optional :: membrane_sd         !< of the logarithm of D, 0: D is exact
     type(parameter_t) :: p
     integer :: i, n
     allocate (catalogue%parameters(0), catalogue%effects(0))
@@ -53,6 +55,7 @@ contains
       catalogue%parameters(n)%prior_sd = decades*DECADE
       if (.not. catalogue%parameters(n)%is_log) catalogue%parameters(n)%prior_sd = decades
     end do
+    if (present(membrane_sd)) call add_membrane(catalogue, experiment, numbers, membrane_sd)
     call add_air(catalogue, experiment)
     call add_damping(catalogue, experiment)
     do i = 1, size(experiment%measurement%zeros)
@@ -79,6 +82,24 @@ contains
     call enter_shake(catalogue, experiment)
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
+
+  !> Adds the error of D to the baseline where there are natural modes or records and no bending tests. Elsewhere it is one of the
+  !> nuisances, which act linearly. The phase of a record turns with D. A usual error of D changes it by many times the errors of the
+  !> data, which no tangent follows.
+  subroutine add_membrane(c, e, numbers, sd)
+    type(catalogue_t), intent(inout) :: c
+    type(experiment_t), intent(in) :: e
+    integer, intent(in) :: numbers(:)
+    real(rp), intent(in) :: sd
+    real(rp), parameter :: LARGEST = 20
+    type(parameter_t) :: p
+    integer :: n
+    if (.not. (sd > 0 .and. e%measurement%moves()) .or. size(e%loads) > 0 .or. size(e%model%triangles) == 0) return
+    if (any(numbers == PARAM_PLATE .or. numbers == PARAM_THICKNESS) .or. .not. e%model%params%get(PARAM_PLATE) > 0) return
+    call define_parameter(p, 'membrane_error', '1', .true., 1/LARGEST, LARGEST)
+    p%prior_sd = sd
+    n = c%add(wing_parameter(p%as_coordinate(1.0_rp), KIND_MEMBRANE, PARAM_PLATE))
+  end subroutine add_membrane
 
   !> Enters parameters of the wing that the baseline does not fit already: those that every wing has, and its effects. `enter_scans`
   !> enters those that are tried at many sites. With `flights` there are no other data: it enters what the first flights show.

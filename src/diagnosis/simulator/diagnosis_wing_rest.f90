@@ -6,8 +6,8 @@ module diagnosis_wing_rest
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t
   use base_kinds, only: rp
-  use diagnosis_wing_parameters, only: differing, disc_at, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_MASS, KIND_PARAMETER, &
-                                       KIND_POINT_MASS, KIND_RELAXATION, KIND_SHAKE, KIND_SOFT
+  use diagnosis_wing_parameters, only: differing, disc_at, scale_membrane, wing_parameter_t, KIND_DAMAGE, KIND_DAMPING, KIND_MASS, &
+                                       KIND_MEMBRANE, KIND_PARAMETER, KIND_POINT_MASS, KIND_RELAXATION, KIND_SHAKE, KIND_SOFT
   use measurement_experiment, only: experiment_t
   use measurement_material_point, only: find_material_point, material_point_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_RELAXATION
@@ -18,6 +18,7 @@ module diagnosis_wing_rest
   use solid_ringing, only: shake_t, SHAKE_COSINE, SHAKE_RATE, SHAKE_SINE
   use solid_stiffness, only: stiffness_t
   use solid_stiffness_effects, only: damage_direction, hinge_direction, parameter_direction
+  use solid_usual_causes, only: PARAM_PLATE
   use solid_wing, only: wing_t
   implicit none
   private
@@ -117,6 +118,7 @@ contains
         end select
       end associate
     end do
+    call scale_membrane(self%parameters, q, params)
   end function rest_params
 
   !> Returns the axis about which parameter i lets the clamp turn, 1: x, 2: y; 0: the parameter is of another kind.
@@ -142,6 +144,8 @@ contains
       select case (one%kind)
       case (KIND_PARAMETER)
         call parameter_direction(model, one%number, direction)
+      case (KIND_MEMBRANE)
+        call parameter_direction(model, PARAM_PLATE, direction)
       case (KIND_SOFT)
         call hinge_direction(model, one%number, direction)
       case (KIND_DAMAGE)

@@ -20,7 +20,7 @@ module diagnosis_wing_simulator
   use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_observed, only: diagnosed_wing_t
   use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_sites, KIND_FLIGHT, KIND_INSTRUMENT, &
-                                       KIND_PARAMETER, KIND_SOFT
+                                       KIND_MEMBRANE, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_places, only: is_on_wing
   use diagnosis_wing_state, only: wing_state, wing_state_t
   use inference_simulator, only: simulator_t, TANGENT_ERROR
@@ -127,6 +127,7 @@ contains
     self%nuisance_names = NUISANCE_NAMES
     self%gain = find_parameter(catalogue%parameters, catalogue%n_baseline, KIND_INSTRUMENT, FORCE_GAIN)
     self%membrane = find_parameter(catalogue%parameters, catalogue%n_baseline, KIND_PARAMETER, PARAM_PLATE)
+    if (any(catalogue%parameters%kind == KIND_MEMBRANE)) self%membrane = 0 ! an unknown, and no nuisance
     call make_labels(experiment, bins, self%labels)
     call self%motion%append_labels(self%labels)
   end subroutine wing_init

@@ -7,6 +7,7 @@
 !> | INSTRUMENT | of a parameter of the measurement, by its number in instrument_t |
 !> | SOFT | log of a factor on the stiffness of one hinge of a vein |
 !> | DAMAGE | log of a factor on all stiffness inside a disc |
+!> | MEMBRANE | log of a factor on D, whose prior is how well D is known; only the motion of a wing at rest depends on it |
 !> | ZERO | [m] unknown offset of scalar observations |
 !> | MASS | of an effect of the masses, by its number in solid_mass_effects; only natural modes depend on it |
 !> | POINT_MASS | [kg] a mass at a site, the same |
@@ -29,20 +30,21 @@ module diagnosis_wing_parameters
   use solid_effect, only: NEED_SIDED_VEINS
   use solid_effects, only: needs_of
   use solid_params, only: solid_params_t
+  use solid_usual_causes, only: PARAM_PLATE
   use solid_wing, only: wing_t
   implicit none
   private
   public :: wing_parameter_t, wing_parameter, without_sites, differing, find_parameter, fit_case_t, make_fit_case, &
-            is_fit_case_for, disc_at, fit_case_coordinates, same_parameter, wing_parameter_tangent, fit_case_params
+            is_fit_case_for, disc_at, fit_case_coordinates, scale_membrane, same_parameter, wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
                                 KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
                                 KIND_RELAXATION_TIME = 10, KIND_FLIGHT = 11, KIND_BALANCE = 12, KIND_SHAKE = 13, &
-                                KIND_SITE = 14
+                                KIND_SITE = 14, KIND_MEMBRANE = 15
 
   !> These parameters do not affect a wing at rest, or only with the parameter whose site they are.
-  integer, parameter :: OF_MOTION(9) = [KIND_SITE, KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, &
-                                        KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE]
+  integer, parameter :: OF_MOTION(10) = [KIND_SITE, KIND_MEMBRANE, KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, &
+                                         KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE]
 
   !> A parameter with its coordinates. At its null it has no effect, or the value that the wing has.
   type, extends(parameter_t) :: wing_parameter_t
@@ -225,7 +227,19 @@ contains
     type(solid_params_t), intent(out) :: params
     call make_fit_case(bare, wing, parameters, q, fit_case)
     params = fit_case%experiment%params(fit_case_coordinates(fit_case, q))
+    call scale_membrane(parameters, q, params)
   end subroutine fit_case_params
+
+  !> Multiplies D by the factor of its error at q. It comes after all other parameters are set.
+  subroutine scale_membrane(parameters, q, params)
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    real(rp), intent(in) :: q(:)
+    type(solid_params_t), intent(inout) :: params
+    integer :: i
+    do i = 1, size(q)
+      if (parameters(i)%kind == KIND_MEMBRANE) call params%set(PARAM_PLATE, params%get(PARAM_PLATE)*exp(q(i)))
+    end do
+  end subroutine scale_membrane
 
   !> Returns column(n), the derivative of the residuals of load l with respect to parameter i at q, after `residuals` of the
   !> simulation.
@@ -252,7 +266,7 @@ contains
           call simulation%damage_tangent(e, l, disc_at(parameters, i, q), column)
         end if
       case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, &
-            KIND_SHAKE, KIND_SITE)
+            KIND_SHAKE, KIND_SITE, KIND_MEMBRANE)
         ! These parameters do not affect a wing at rest.
         column = 0
       case default

@@ -21,7 +21,7 @@ module inference_decision
                                   remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   use inference_joint_causes, only: find_joint_causes
   use inference_probability, only: calibrated_probability
-  use inference_rejection, only: name_power
+  use inference_rejection, only: imitation, name_power
   implicit none
   private
   public :: decision_t, decide, rank_effects, reject_catalogue, withdraw_name, verdict_word, grade_of, is_sure_name, &
@@ -42,7 +42,7 @@ module inference_decision
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp          !< least probability of a name by the odds,
   real(rp), parameter, public :: LEAST_STATED = 0.8_rp      !< and least fraction of such names that were right
   real(rp), parameter :: LEAST_UNKNOWN = 0.5_rp !< probability below which the verdict is a set, which excludes no other cause
-  integer, parameter :: POWER_DRAWS = 100
+  integer, parameter :: POWER_DRAWS = 100, IMITATION_DRAWS = 40
 
   type :: decision_t
     integer :: verdict = VERDICT_INSUFFICIENT
@@ -61,6 +61,7 @@ module inference_decision
     logical :: has_further = .false.        !< the best explanation by several causes contains an effect of the set
     real(rp) :: remainder_log_p = 0         !< of what the causes leave
     real(rp) :: name_power = 0              !< see above; 0 where it was not computed
+    real(rp) :: imitation = 0               !< of several causes: see imitation(); 0 where it was not computed
     !> |signal| of the causes in units of the noise: by the tangents, or by the fit of one if that is more
     real(rp) :: snr = 0
     real(rp), allocatable :: posterior(:)   !< (effects) each alone; the sum with the next three is 1
@@ -196,6 +197,8 @@ contains
       decision%snr = sqrt(joint%square)
       decision%set = design%candidates(joint%members)%effect
       decision%is_joint = .true.
+      call weigh_imitation(design, calibration, seed, order, decision)
+      if (decision%verdict == VERDICT_UNKNOWN .and. size(decision%set) == 0) return
       call name_or_set(design, calibration, seed, decision%set, decision)
     else
       call reject_catalogue(decision, rejected_probability(decision))
@@ -215,6 +218,24 @@ contains
     decision%log_p_global = min(0.0_rp, tests - log(TESTS_FRACTION), checks - log(1 - TESTS_FRACTION))
     decision%is_rejected_by_checks = decision%log_p_global <= log(LEVEL) .and. tests > log(LEVEL*TESTS_FRACTION)
   end subroutine find_global_p
+
+  !> Where several causes explain the data: finds how often the best ones of `order` would explain an unknown cause as well. If this
+  !> makes it more probable than one half, the verdict is an unknown cause. (Odds judge unknown causes by tangents, and these causes
+  !> by fits, which are more flexible.)
+  subroutine weigh_imitation(design, calibration, seed, order, decision)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    integer(i8), intent(in) :: seed
+    integer, intent(in) :: order(:)
+    type(decision_t), intent(inout) :: decision
+    real(rp) :: unknown
+    associate (n => size(decision%set))
+      decision%imitation = imitation(design, calibration, order, n, decision%snr, log(REMAINDER_LEVEL), IMITATION_DRAWS, seed)
+      unknown = PRIOR_UNKNOWN*decision%imitation
+      unknown = unknown/(unknown + PRIOR_TWO*(PRIOR_TWO/PRIOR_ONE)**(n - 2))
+    end associate
+    if (unknown > max(LEAST_UNKNOWN, decision%posterior_unknown)) call reject_catalogue(decision, unknown)
+  end subroutine weigh_imitation
 
   !> Makes the verdict an unknown cause, with this probability. The other hypotheses keep their proportions in the rest of 1.
   pure subroutine reject_catalogue(decision, probability)

@@ -1,17 +1,19 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Computes the power of the naming rule: the probability that it would reject a name if the truth were an unknown cause.
+!> Computes how often unknown causes would be taken for causes of the catalogue: the probability that the naming rule would reject a
+!> name if the truth were an unknown cause, and the probability that some causes of the catalogue together would imitate it.
 !>
 !> A name has no meaning if the rule would also have given it to most random fields of the same strength. The name is an effect and
 !> not one of its positions. In every draw the rule therefore takes the position that fits best, as it has done with the data.
+!> Several causes are the best of very many combinations. They are therefore compared with the best combination in each draw.
 module inference_rejection
   use base_kinds, only: i8, rp
   use base_random, only: random_stream_t
   use inference_calibration, only: calibration_t
   use inference_design, only: design_t
-  use inference_hypotheses, only: average_variants, explain, explained_t, remainder_log_p
+  use inference_hypotheses, only: add_effect, average_variants, explain, explained_t, remainder_log_p, IMPOSSIBLE
   implicit none
   private
-  public :: name_power
+  public :: imitation, name_power
 
   integer(i8), parameter :: UNKNOWN_STREAM = 11
 
@@ -45,6 +47,55 @@ contains
     end do
     power = real(minval(n), rp)/n_draws
   end function name_power
+
+  !> Returns the probability that n_causes of `effects`, whichever fit best, would leave nothing but noise if the truth were an
+  !> unknown cause of signal-to-noise ratio `snr`: the mean over n_draws random fields of each family, which are equally probable.
+  !> Each cause is the one with the largest evidence for what those before it leave. 1 if there are fewer than n_causes effects.
+  real(rp) function imitation(design, calibration, effects, n_causes, snr, log_level, n_draws, seed)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    integer, intent(in) :: effects(:), n_causes, n_draws
+    real(rp), intent(in) :: snr, log_level
+    integer(i8), intent(in) :: seed
+    type(random_stream_t) :: stream
+    type(explained_t) :: known
+    real(rp) :: z(design%k), signal(design%k)
+    integer :: d, f, n
+    imitation = 1
+    if (size(design%families) == 0) return
+    stream = random_stream_t(seed=seed, stream=UNKNOWN_STREAM)
+    n = 0
+    do f = 1, size(design%families)
+      do d = 1, n_draws
+        call draw_unknown(design, f, stream, signal)
+        call stream%gaussians(z)
+        call explain_best(design, effects, n_causes, z + snr*signal, known)
+        if (remainder_log_p(design, calibration, known%left) > log_level) n = n + 1
+      end do
+    end do
+    imitation = real(n, rp)/(n_draws*size(design%families))
+  end function imitation
+
+  !> Explains z(k) by n_causes of `effects`, one after the other.
+  subroutine explain_best(design, effects, n_causes, z, known)
+    type(design_t), intent(in) :: design
+    integer, intent(in) :: effects(:), n_causes
+    real(rp), intent(in) :: z(:)
+    type(explained_t), intent(out) :: known
+    type(explained_t) :: one, best
+    integer :: i, j
+    call explain(design, [integer ::], z, known)
+    do i = 1, n_causes
+      best = known
+      best%log_evidence = IMPOSSIBLE
+      do j = 1, size(effects)
+        if (any(design%candidates(known%members)%effect == effects(j))) cycle
+        call add_effect(design, known, effects(j), one)
+        if (one%log_evidence > best%log_evidence) best = one
+      end do
+      known = best
+    end do
+  end subroutine explain_best
 
   !> Tells whether the remainder of z(k) after the named effects rejects the name. Each further effect takes the position that fits
   !> best to the remainder of those before it.

@@ -129,6 +129,7 @@ contains
       call json%put('snr', v%snr)
       call json%put('remainder_log_p', v%remainder_log_p)
       call json%put('rejection_power', v%name_power)
+      call json%put('imitation', v%imitation)
       call json%put('is_together', v%is_joint)
       call json%put('set_because', trim(v%reason))
       call json%put('linear_word', verdict_word(d%tests%decision%verdict))

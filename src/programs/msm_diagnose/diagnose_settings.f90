@@ -246,7 +246,8 @@ contains
     end if
     s%wing_case%model = s%experiment%model
     call make_bins(s%experiment, default_bin_size(s%experiment, s%choices%observations), s%bins)
-    call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue, s%flights)
+    call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue, s%flights, &
+                        s%membrane_sd)
     s%runner%wing%size = s%experiment%model%size
     s%runner%wing%vein_names = s%experiment%model%params%vein_names
     call take_structure(s%config, s%catalogue, s%flights, s%runner, errors)

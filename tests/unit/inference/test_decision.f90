@@ -9,6 +9,7 @@ program test_decision
   use inference_decision, only: decide, decision_t, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_design, only: build_design, design_t
   use inference_hypotheses, only: hypotheses_t, log_odds_unknown, log_prior
+  use inference_rejection, only: imitation
   use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
   implicit none
@@ -33,6 +34,7 @@ program test_decision
   call test_unknown()
   call test_further()
   call test_joint_causes()
+  call test_imitation()
   call test%finish()
 
 contains
@@ -106,6 +108,44 @@ contains
                     one%posterior_unknown > 0.5_rp .and. size(one%set) == 0)
   end subroutine test_joint_causes
 
+  !> Two causes that are six times as probable as drift alone, where every unknown cause looks like the two of them: it would be taken
+  !> for them each time, and its prior is twice theirs. Where none looks like them, they stay.
+  subroutine test_imitation()
+    type(hypotheses_t) :: hypotheses
+    type(decision_t) :: one
+    type(design_t) :: other
+    integer :: effects(N_EFFECTS), i, f
+    real(rp) :: z(design%k), share(0:3)
+    call make_pair('two causes again', 6.0_rp, z, hypotheses, one)
+    call test%check('  which few unknown causes imitate', one%is_joint .and. one%imitation < 0.5_rp)
+    other = design
+    do f = 1, size(other%families)
+      other%families(f)%basis = reshape([drift(), second()], [design%k, 2])
+      other%families(f)%scale = [1.0_rp, 1.0_rp]
+    end do
+    call judge(other, z, hypotheses, one)
+    call test%check('are an unknown cause where all of them imitate the two', one%verdict == VERDICT_UNKNOWN .and. &
+                    .not. one%is_joint .and. size(one%set) == 0 .and. one%imitation > 0.9_rp)
+    call test%check_close('  with the odds of the priors', one%probability, &
+                          one%imitation*0.2_rp/(one%imitation*0.2_rp + 0.1_rp), 1.0e-12_rp)
+    effects = [(i, i=1, N_EFFECTS)]
+    do i = 0, 3
+      share(i) = imitation(design, calibration, effects, i, 12.0_rp, log(0.01_rp), 60, SEED)
+    end do
+    call test%check('no cause imitates a strong unknown one', share(0) < 0.02_rp)
+    call test%check('more causes imitate more of them', all(share(1:) >= share(:2)) .and. share(3) > share(1))
+    share(0) = imitation(design, calibration, effects, 0, 0.0_rp, log(0.01_rp), 100, SEED)
+    call test%check('noise is noise', share(0) > 0.95_rp)
+  end subroutine test_imitation
+
+  !> The direction of the offset without that of drift.
+  function second() result(direction)
+    real(rp) :: direction(design%k)
+    direction = first_basis(E_OFFSET)
+    direction = direction - dot_product(direction, drift())*drift()
+    direction = direction/norm2(direction)
+  end function second
+
   !> Drift of 15 sd and so much of an offset that two causes have these odds against drift alone; unknown causes have none.
   subroutine make_pair(title, wanted, z, hypotheses, one)
     character(*), intent(in) :: title
@@ -115,9 +155,7 @@ contains
     type(decision_t), intent(out) :: one
     real(rp) :: other(design%k), low, high, odds
     integer :: i
-    other = first_basis(E_OFFSET)
-    other = other - dot_product(other, drift())*drift()
-    other = other/norm2(other)
+    other = second()
     low = 0
     high = 8
     do i = 1, 40
@@ -136,10 +174,18 @@ contains
     real(rp), intent(in) :: z(:)
     type(hypotheses_t), intent(in) :: hypotheses
     type(decision_t), intent(out) :: decision
-    type(statistics_t) :: statistics
-    call find_statistics(design, N_EFFECTS, .true., z, 0.0_rp, statistics)
-    call decide(design, calibration, statistics, hypotheses, z, SEED, decision)
+    call judge(design, z, hypotheses, decision)
   end subroutine verdict_on
+
+  subroutine judge(of_design, z, hypotheses, decision)
+    type(design_t), intent(in) :: of_design
+    real(rp), intent(in) :: z(:)
+    type(hypotheses_t), intent(in) :: hypotheses
+    type(decision_t), intent(out) :: decision
+    type(statistics_t) :: statistics
+    call find_statistics(of_design, N_EFFECTS, .true., z, 0.0_rp, statistics)
+    call decide(of_design, calibration, statistics, hypotheses, z, SEED, decision)
+  end subroutine judge
 
   function drift() result(direction)
     real(rp) :: direction(design%k)
