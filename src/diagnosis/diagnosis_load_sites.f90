@@ -15,7 +15,7 @@ module diagnosis_load_sites
   use diagnosis_wing_bins, only: bin_covariance, bin_rows, bins_t, make_bins, noise_model_t
   use diagnosis_wing_lattice, only: lattice
   use diagnosis_wing_parameters, only: make_fit_case, wing_parameter_tangent, fit_case_coordinates, fit_case_t, wing_parameter_t, &
-                                       KIND_INSTRUMENT, KIND_PARAMETER
+                                       KIND_INSTRUMENT, KIND_MEMBRANE, KIND_PARAMETER
   use diagnosis_wing_simulator, only: wing_simulator_t, N_COMMON_NUISANCES
   use inference_whitener, only: whitener_t
   use least_squares_state, only: solver_state_t
@@ -221,14 +221,16 @@ contains
     class(diagnosis_case_t), intent(in) :: s
     integer, allocatable, intent(out) :: columns(:)
     real(rp), allocatable, intent(out) :: sd(:)
+    logical :: fits_membrane
     integer :: i
+    fits_membrane = any(s%catalogue%parameters%kind == KIND_MEMBRANE)
     allocate (columns(0), sd(0))
     do i = s%catalogue%n_baseline + 1, size(s%catalogue%parameters)
       associate (one => s%catalogue%parameters(i), gain_sd => s%measurement%accuracy%force_gain)
         if (one%kind == KIND_INSTRUMENT .and. one%number == FORCE_GAIN .and. gain_sd > 0) then
           columns = [columns, i]
           sd = [sd, gain_sd]
-        else if (one%kind == KIND_PARAMETER .and. one%number == PARAM_PLATE .and. s%membrane_sd > 0) then
+        else if (one%kind == KIND_PARAMETER .and. one%number == PARAM_PLATE .and. s%membrane_sd > 0 .and. .not. fits_membrane) then
           columns = [columns, i]
           sd = [sd, s%membrane_sd]
         end if

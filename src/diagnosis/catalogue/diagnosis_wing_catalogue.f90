@@ -83,7 +83,7 @@ contains
     call enter_measurement(catalogue, experiment)
   end subroutine make_catalogue
 
-  !> Adds the error of D to the baseline where there are natural modes or records and no bending tests. Elsewhere it is one of the
+  !> Adds the error of D to the baseline where there are natural modes or records. With bending tests alone it is one of the
   !> nuisances, which act linearly. The phase of a record turns with D. A usual error of D changes it by many times the errors of the
   !> data, which no tangent follows.
   subroutine add_membrane(c, e, numbers, sd)
@@ -94,7 +94,7 @@ contains
     real(rp), parameter :: LARGEST = 20
     type(parameter_t) :: p
     integer :: n
-    if (.not. (sd > 0 .and. e%measurement%moves()) .or. size(e%loads) > 0 .or. size(e%model%triangles) == 0) return
+    if (.not. (sd > 0 .and. e%measurement%moves()) .or. size(e%model%triangles) == 0) return
     if (any(numbers == PARAM_PLATE .or. numbers == PARAM_THICKNESS) .or. .not. e%model%params%get(PARAM_PLATE) > 0) return
     call define_parameter(p, 'membrane_error', '1', .true., 1/LARGEST, LARGEST)
     p%prior_sd = sd

@@ -7,7 +7,7 @@
 !> | INSTRUMENT | of a parameter of the measurement, by its number in instrument_t |
 !> | SOFT | log of a factor on the stiffness of one hinge of a vein |
 !> | DAMAGE | log of a factor on all stiffness inside a disc |
-!> | MEMBRANE | log of a factor on D, whose prior is how well D is known; only the motion of a wing at rest depends on it |
+!> | MEMBRANE | log of a factor on D beside that of PARAMETER, if there is one; its prior is how well D is known |
 !> | ZERO | [m] unknown offset of scalar observations |
 !> | MASS | of an effect of the masses, by its number in solid_mass_effects; only natural modes depend on it |
 !> | POINT_MASS | [kg] a mass at a site, the same |
@@ -43,8 +43,8 @@ module diagnosis_wing_parameters
                                 KIND_SITE = 14, KIND_MEMBRANE = 15
 
   !> These parameters do not affect a wing at rest, or only with the parameter whose site they are.
-  integer, parameter :: OF_MOTION(10) = [KIND_SITE, KIND_MEMBRANE, KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, &
-                                         KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE]
+  integer, parameter :: OF_MOTION(9) = [KIND_SITE, KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, &
+                                        KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, KIND_SHAKE]
 
   !> A parameter with its coordinates. At its null it has no effect, or the value that the wing has.
   type, extends(parameter_t) :: wing_parameter_t
@@ -63,6 +63,10 @@ module diagnosis_wing_parameters
   type :: fit_case_t
     type(experiment_t) :: experiment
     integer, allocatable :: order(:)
+    integer, allocatable, private :: wanted(:) !< all parameters that differ from their null
+    !> Where in `order` the coordinate of D is, and the parameter of its error, which adds to it; 0: none.
+    integer, private :: membrane(2) = 0
+    real(rp), private :: stated = 0            !< that coordinate without error
   end type fit_case_t
 
 contains
@@ -142,10 +146,10 @@ contains
     integer, allocatable :: wanted(:)
     integer :: i
     is_it = .false.
-    if (.not. allocated(fit_case%order)) return
+    if (.not. allocated(fit_case%wanted)) return
     wanted = differing(parameters, q)
-    is_it = size(wanted) == size(fit_case%order)
-    if (is_it) is_it = all([(any(fit_case%order == wanted(i)), i=1, size(wanted))])
+    is_it = size(wanted) == size(fit_case%wanted)
+    if (is_it) is_it = all(fit_case%wanted == wanted)
     if (.not. is_it) return
     do i = 1, size(wanted)
       if (parameters(wanted(i))%kind /= KIND_DAMAGE) cycle
@@ -166,6 +170,8 @@ contains
     integer :: i
     params = bare%model%params
     wanted = differing(parameters, q)
+    fit_case%wanted = wanted
+    wanted = take_membrane(bare, parameters, wanted, fit_case)
     call require(count(parameters(wanted)%kind == KIND_SOFT) <= 1 .and. &
                  count(parameters(wanted)%kind == KIND_DAMAGE) <= 1, 'diagnosis_wing_parameters: only one soft place, one damage')
     allocate (numbers(0), instrument_numbers(0), wing_order(0), other_order(0), zero_order(0))
@@ -175,6 +181,8 @@ contains
         case (KIND_PARAMETER)
           numbers = [numbers, one%number]
           if (needs_sided_veins(params, one%number)) params%effects%has_sided_veins = .true.
+        case (KIND_MEMBRANE)
+          numbers = [numbers, PARAM_PLATE]
         case (KIND_SOFT)
           params%effects%soft_vein = trim(params%vein_names(one%vein))
           params%effects%soft_fraction = one%fraction
@@ -195,6 +203,8 @@ contains
       end associate
     end do
     fit_case%order = [wing_order, other_order, zero_order]
+    if (fit_case%membrane(2) > 0) &
+      fit_case%membrane(1) = findloc([(is_of_membrane(parameters(fit_case%order(i))), i=1, size(fit_case%order))], .true., 1)
     call fit_case%experiment%init(bare%measurement, wing, params, numbers, bare%options, failure, bare%instrument, &
                                   instrument_numbers, bare%masses)
     call require(.not. failure%failed, 'diagnosis_wing_parameters: the experiment must be valid')
@@ -215,6 +225,14 @@ contains
     real(rp), intent(in) :: q(:)
     real(rp) :: coordinates(size(fit_case%order))
     coordinates = q(fit_case%order)
+    associate (at => fit_case%membrane(1), error => fit_case%membrane(2))
+      if (error == 0) return
+      if (fit_case%order(at) == error) then
+        coordinates(at) = fit_case%stated + q(error)
+      else
+        coordinates(at) = coordinates(at) + q(error)
+      end if
+    end associate
   end function fit_case_coordinates
 
   !> Returns all parameters of the wing at q, with the sites of effects.
@@ -227,8 +245,35 @@ contains
     type(solid_params_t), intent(out) :: params
     call make_fit_case(bare, wing, parameters, q, fit_case)
     params = fit_case%experiment%params(fit_case_coordinates(fit_case, q))
-    call scale_membrane(parameters, q, params)
   end subroutine fit_case_params
+
+  !> Notes the parameter of the error of D in the fit case, if it is wanted. Returns the wanted parameters without it if D itself is
+  !> among them: both are one unknown of the experiment.
+  function take_membrane(bare, parameters, wanted, fit_case) result(unknowns)
+    type(experiment_t), intent(in) :: bare
+    type(wing_parameter_t), intent(in) :: parameters(:)
+    integer, intent(in) :: wanted(:)
+    type(fit_case_t), intent(inout) :: fit_case
+    integer, allocatable :: unknowns(:)
+    type(parameter_t) :: p
+    integer :: i
+    unknowns = wanted
+    do i = 1, size(wanted)
+      if (parameters(wanted(i))%kind == KIND_MEMBRANE) fit_case%membrane(2) = wanted(i)
+    end do
+    if (fit_case%membrane(2) == 0) return
+    p = bare%model%params%describe(PARAM_PLATE)
+    p = p%as_coordinate(bare%model%params%get(PARAM_PLATE))
+    fit_case%stated = p%null
+    if (count([(is_of_membrane(parameters(wanted(i))), i=1, size(wanted))]) == 1) return
+    unknowns = pack(wanted, wanted /= fit_case%membrane(2))
+  end function take_membrane
+
+  !> Tells whether a parameter is D, or the error of D.
+  pure logical function is_of_membrane(parameter) result(is_it)
+    type(wing_parameter_t), intent(in) :: parameter
+    is_it = parameter%kind == KIND_MEMBRANE .or. parameter%kind == KIND_PARAMETER .and. parameter%number == PARAM_PLATE
+  end function is_of_membrane
 
   !> Multiplies D by the factor of its error at q. It comes after all other parameters are set.
   subroutine scale_membrane(parameters, q, params)
@@ -255,6 +300,8 @@ contains
       select case (one%kind)
       case (KIND_PARAMETER)
         call simulation%parameter_tangent(e, l, one%number, column)
+      case (KIND_MEMBRANE)
+        call simulation%parameter_tangent(e, l, PARAM_PLATE, column)
       case (KIND_INSTRUMENT)
         call simulation%instrument_tangent(e, l, one%number, column)
       case (KIND_SOFT)
@@ -266,7 +313,7 @@ contains
           call simulation%damage_tangent(e, l, disc_at(parameters, i, q), column)
         end if
       case (KIND_MASS, KIND_POINT_MASS, KIND_DAMPING, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_FLIGHT, KIND_BALANCE, &
-            KIND_SHAKE, KIND_SITE, KIND_MEMBRANE)
+            KIND_SHAKE, KIND_SITE)
         ! These parameters do not affect a wing at rest.
         column = 0
       case default

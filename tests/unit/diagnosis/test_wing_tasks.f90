@@ -9,7 +9,9 @@ program test_wing_tasks
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
   use diagnosis_wing_observed, only: diagnosed_wing_t
-  use diagnosis_wing_parameters, only: KIND_PARAMETER
+  use base_parameter, only: define_parameter, parameter_t
+  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t, is_fit_case_for, wing_parameter, &
+                                       wing_parameter_t, KIND_MEMBRANE, KIND_PARAMETER
   use loaded_wing, only: wing_of_argument
   use measurement_bending_runner, only: bending_runner_t
   use measurement_bending_task, only: bending_task_t, task_input, N_FACTS, TASK_DIRECTIONS, TASK_EVALUATE
@@ -59,6 +61,7 @@ program test_wing_tasks
   end do
   call t%check('most quantities change the shape or what is seen', n_moved >= 30)
   call check_thickness()
+  call check_membrane()
   call runner%free()
   call t%finish()
 
@@ -128,6 +131,29 @@ contains
       end associate
     end do
   end subroutine check_thickness
+
+  !> An error of D is a factor on D, whether D itself is another parameter or not.
+  subroutine check_membrane()
+    type(wing_parameter_t) :: list(2)
+    type(parameter_t) :: p
+    type(fit_case_t) :: fit_case
+    type(solid_params_t) :: params
+    real(rp) :: error(2), both(2), stated
+    stated = bare%model%params%get(PARAM_PLATE)
+    call define_parameter(p, 'membrane_error', '1', .true., 0.1_rp, 10.0_rp)
+    list(1) = wing_parameter(p%as_coordinate(1.0_rp), KIND_MEMBRANE, PARAM_PLATE)
+    p = bare%model%params%describe(PARAM_PLATE)
+    list(2) = wing_parameter(p%as_coordinate(stated), KIND_PARAMETER, PARAM_PLATE)
+    error = [log(1.2_rp), log(stated)]
+    both = [log(1.2_rp), log(1.5_rp*stated)]
+    call fit_case_params(bare, wing, list, error, fit_case, params)
+    call t%check_close('the error multiplies D', params%get(PARAM_PLATE), 1.2_rp*stated, rtol=1.0e-13_rp)
+    call t%check('it is one unknown', size(fit_case_coordinates(fit_case, error)) == 1 .and. is_fit_case_for(fit_case, list, error))
+    call fit_case_params(bare, wing, list, both, fit_case, params)
+    call t%check_close('and another D, too', params%get(PARAM_PLATE), 1.8_rp*stated, rtol=1.0e-13_rp)
+    call t%check('both are one unknown', size(fit_case_coordinates(fit_case, both)) == 1 .and. &
+                 is_fit_case_for(fit_case, list, both) .and. .not. is_fit_case_for(fit_case, list, error))
+  end subroutine check_membrane
 
   !> What task k gives at the point, without warm start, with a derivative with respect to E.
   function done(k, point) result(output)
