@@ -59,12 +59,16 @@ def test_null(case):
 
 def test_finer(case):
     """Modes of a wing of a finer mesh, whose membrane is 1.4 times as heavy: all fits use this mesh, because its error could decide.
-    The program says that it makes its fits there."""
+    The program says that it makes its fits there, and writes joints that bend as their veins do on the mesh of the file."""
     vibrate(case, "data.h5", refine=1, mass={"membrane": 1.4})
     code, found = diagnose(case, "data.h5", "finer", SHORT, parameters="E", refine="auto")
     band = found["mesh_band"]
     check(band["is_fitted_on"] and band["points"] == 747 and band["snr"] > 6**0.5, f"all fits use the finer mesh: {band}")
     check(code in (NAMED, SET) and found["verdict"]["causes"][0]["effect"] == "membrane_mass", found["verdict"]["sentence"])
+    text = (case.folder / "finer_extended.ini").read_text()
+    for name, stiffness in vein_stiffness().items():
+        written = float(text.split(f"joint:{name} ")[1].split(",")[0].split(";")[0])
+        check(abs(written / stiffness - 1) < 1e-6, f"joint {name} has {written} N m/rad, and its vein {stiffness}")
 
 
 def test_loaded(case):
