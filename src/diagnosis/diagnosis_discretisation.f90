@@ -21,7 +21,7 @@ module diagnosis_discretisation
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
   use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_RELAXATION, &
-                                       KIND_RELAXATION_TIME, KIND_SHAKE, KIND_SOFT
+                                       KIND_PARAMETER, KIND_RELAXATION_TIME, KIND_SHAKE, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
@@ -36,7 +36,7 @@ module diagnosis_discretisation
   use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
   use solid_wing, only: wing_t
-  use solid_wing_refine, only: refine_params, refine_wing
+  use solid_wing_refine, only: equal_rotation, refine_params, refine_wing
   implicit none
   private
   public :: discretisation_error_t
@@ -215,14 +215,15 @@ contains
   end subroutine discretisation_renew
 
   !> Returns the parameters of the other mesh that correspond to q of this mesh, or none if the other mesh lacks a parameter that
-  !> differs from its null. A soft place stands for a piece of vein as long as the adjacent edges. Its additional rotation must be
-  !> the same on both meshes, and a piece of half the length is twice as stiff.
+  !> differs from its null, or cannot have such a value. A soft place stands for a piece of vein as long as the adjacent edges, and
+  !> so does a joint that bends as its vein. The additional rotation must be the same on both meshes, and a piece of half the length
+  !> is twice as stiff.
   subroutine map_to_other_mesh(self, q, q_other)
     class(discretisation_error_t), intent(in) :: self
     real(rp), intent(in) :: q(:)
     real(rp), allocatable, intent(out) :: q_other(:)
     real(rp), allocatable :: values(:)
-    real(rp) :: change
+    real(rp) :: change, ratio, stiffness
     integer :: i, j, b
     b = self%diagnosis_simulator%n_baseline
     values = self%simulator%null_point()
@@ -233,7 +234,16 @@ contains
         if (.not. abs(change) > 0) cycle
         j = find_counterpart(parameters, i, others)
         if (j == 0) return
-        if (parameters(i)%kind == KIND_SOFT) change = -log(1 + (exp(-change) - 1)*merge(0.5_rp, 2.0_rp, self%is_coarser))
+        ratio = 1 ! of the stiffness of the hinge there to that here, both at their null
+        if (parameters(i)%kind == KIND_SOFT) ratio = merge(0.5_rp, 2.0_rp, self%is_coarser)
+        if (parameters(i)%kind == KIND_PARAMETER) then
+          if (self%experiment%model%params%is_joint(parameters(i)%number)) ratio = exp(others(j)%null - parameters(i)%null)
+        end if
+        if (abs(ratio - 1) > 0) then
+          stiffness = equal_rotation(exp(change), 1.0_rp, ratio)
+          if (.not. stiffness > 0) return
+          change = log(stiffness/ratio)
+        end if
         values(j) = values(j) + change
       end do
     end associate

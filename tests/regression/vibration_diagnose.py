@@ -18,6 +18,9 @@ from whole_program import SOURCE, check, main
 
 from json_schema import validate
 
+from flusi_msm.bending.model import Stiffness
+from flusi_msm.blind.vibration_subject import Subject, vein_joints
+
 TIP = [8.6e-3, -0.8e-3, 4.0e-9]  # m, m, kg: 1.6 % of the wing
 MODES = {"wing": WING, "modes": 6, "missing": [3], "seed": 4, "medium": "air", "air_ratio": 0.8, "stiffness": {"plate": "edges"},
          "noise": {"frequency": 0.003, "shape": 0.02}}
@@ -56,12 +59,16 @@ def test_null(case):
 
 def test_finer(case):
     """Modes of a wing of a finer mesh, whose membrane is 1.4 times as heavy: all fits use this mesh, because its error could decide.
-    The program says that it makes its fits there."""
+    The program says that it makes its fits there, and writes joints that bend as their veins do on the mesh of the file."""
     vibrate(case, "data.h5", refine=1, mass={"membrane": 1.4})
     code, found = diagnose(case, "data.h5", "finer", SHORT, parameters="E", refine="auto")
     band = found["mesh_band"]
     check(band["is_fitted_on"] and band["points"] == 747 and band["snr"] > 6**0.5, f"all fits use the finer mesh: {band}")
     check(code in (NAMED, SET) and found["verdict"]["causes"][0]["effect"] == "membrane_mass", found["verdict"]["sentence"])
+    text = (case.folder / "finer_extended.ini").read_text()
+    for name, stiffness in vein_stiffness().items():
+        written = float(text.split(f"joint:{name} ")[1].split(",")[0].split(";")[0])
+        check(abs(written / stiffness - 1) < 1e-6, f"joint {name} has {written} N m/rad, and its vein {stiffness}")
 
 
 def test_loaded(case):
@@ -166,6 +173,44 @@ def test_clamp(case):
     for name, true in ("root_flap", 4000), ("root_twist", 10000):
         lower, best, upper = interval(found, name)
         check(2 * lower - best <= true <= 2 * upper - best, f"{name}: {best} rad/(N m) ({lower} to {upper})")
+
+
+JOINT = "C_Sc"
+
+
+def vein_stiffness():
+    """The stiffness [N m/rad] of each joint if it bends as its vein does, by the generator."""
+    return vein_joints(Subject(WING, Stiffness()), Stiffness(), "same")
+
+
+def test_joint(case):
+    """A joint with a fifth of the stiffness of its vein, which the baseline takes for known: its name, how stiff it is, and an input
+    that flusi takes. The other way round nothing is found: the input states this joint, or all joints."""
+    five, soft = {"modes": 5, "missing": [], "noise": {"frequency": 0.001, "shape": 0.005}}, 0.2 * vein_stiffness()[JOINT]
+    vibrate(case, "data.h5", **five, stiffness={"joints": {JOINT: soft}})
+    code, found = diagnose(case, "data.h5", "joint", OPTIONS + "validation = no;\n", parameters="E")
+    cause = found["verdict"]["causes"][0]
+    check(code in (NAMED, SET) and found["verdict"]["set"] == ["joint_stiffness"] and cause["variant"] == JOINT,
+          f"{found['verdict']['sentence']} {cause}")
+    lower, best, upper = interval(found, f"joint:{JOINT}")
+    print(f"    {best:.4g} N m/rad ({lower:.4g} to {upper:.4g}), truth {soft:.4g}")
+    check(2 * lower - best <= soft <= 2 * upper - best, f"{best} N m/rad ({lower} to {upper}), not {soft}")
+    text = (case.folder / "joint_extended.ini").read_text()
+    check(f"joint:{JOINT} {best}"[:24] in text, text)
+    done = case.flusi(case.write("again.ini", text.replace("[Wing]", f"[Wing]\nfile = {WING};") +
+                                 "[Measurement]\nfile = data.h5;\n[Diagnose]\nparameters = E;\nrefine = no;\n" + SHORT + "[Saving]\nname = again;\n"))
+    check(json.loads((case.folder / "again.json").read_text())["verdict"]["word"] == "adequate", f"{done.out} {done.err}")
+
+
+def test_known_joints(case):
+    """Joints of another stiffness that the input states are no cause; as parameters of the baseline they are none of the catalogue."""
+    vibrate(case, "data.h5", modes=5, missing=[], stiffness={"joints": {name: 1e-6 for name in vein_stiffness()}})
+    known = "[Wing]\njoint_stiffness = 1e-6;\n"
+    code, found = diagnose(case, "data.h5", "known", SHORT, known, parameters="E")
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+    code, found = diagnose(case, "data.h5", "free", SHORT, known)
+    entry, = [one for one in found["effects"] if one["name"] == "joint_stiffness"]
+    check(entry["status"] == "not_testable" and "free parameter of the baseline" in entry["missing"], f"{entry}")
 
 
 def test_outside(case):

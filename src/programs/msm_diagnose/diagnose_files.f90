@@ -23,7 +23,7 @@ module diagnose_files
   use io_hdf5, only: hdf5_file_t
   use io_table, only: put_table
   use solid_params, only: solid_params_t
-  use solid_wing_refine, only: coarsen_params
+  use solid_wing_refine, only: coarsen_params, equal_rotation
   implicit none
   private
   public :: wing_text, write_fragments, write_maps
@@ -82,15 +82,22 @@ contains
     text = lines_of(s, q, params)
   end function wing_text
 
-  !> Returns the sections [Wing], [Mass] and [Damping] of the wing with the parameters `q`, of which `params` are its stiffness.
+  !> Returns the sections [Wing], [Mass] and [Damping] of the wing with the parameters `q`, of which `params` are its stiffness. A
+  !> joint without a stiffness in [Wing] bends as its vein does on each mesh, and what it turns beside that is the same on both.
   function lines_of(s, q, params) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
     type(solid_params_t), intent(in) :: params
     character(:), allocatable :: text
     type(solid_params_t) :: of_file
+    integer :: i
     of_file = params
-    if (s%fits_finer) of_file = coarsen_params(params)
+    if (s%fits_finer) then
+      of_file = coarsen_params(params)
+      do i = 1, size(params%joint)
+        of_file%joint(i) = equal_rotation(params%joint(i), s%experiment%model%params%joint(i), s%file_requested%joint(i))
+      end do
+    end if
     text = wing_lines(of_file, s%wing_case)//mass_lines(s, q)//damping_lines(s, q)
   end function lines_of
 

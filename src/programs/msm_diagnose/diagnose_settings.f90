@@ -180,14 +180,15 @@ contains
     end do
   end subroutine check_compared_wing
 
-  !> Replaces the wing of the file by one with a finer mesh, and keeps the wing of the file.
+  !> Replaces the wing of the file by one with a finer mesh, and keeps the wing of the file with the stiffness of all its joints.
   subroutine take_finer(s)
     type(diagnose_settings_t), intent(inout) :: s
     type(message_list_t) :: messages
     s%file_wing = s%wing_case%wing
     s%file_requested = s%wing_case%requested
+    s%file_requested%joint = s%wing_case%model%params%joint
     call refine_wing(s%file_wing, s%wing_case%wing)
-    s%wing_case%requested = refine_params(s%file_requested)
+    s%wing_case%requested = refine_params(s%wing_case%requested)
     if (s%wing_case%has_mass) call lump_mass(s%wing_case%wing, s%wing_case%material, s%wing_case%mass, messages)
   end subroutine take_finer
 

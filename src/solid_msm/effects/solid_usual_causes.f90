@@ -27,6 +27,8 @@ module solid_usual_causes
   !> The parameters that each vein or each joint has. They follow the parameters of every wing.
   integer, parameter, public :: EACH_VEIN = N_COMMON + 1, EACH_JOINT = N_COMMON + 2, N_USUAL = N_COMMON + 2
 
+  real(rp), parameter :: DECADE = 2.302585092994046_rp
+
 contains
 
   !> Returns parameter i: unit, scale, bounds and words. The names of EACH_VEIN and EACH_JOINT end with a colon, behind which the
@@ -70,6 +72,7 @@ contains
                        'higher', 'lower', 'than in the other veins', 'that of the other veins', 1.0_rp)
     case default
       call define(p%value, 'joint:', 'N m/rad', .true., 1.0e-8_rp, 1.0e-2_rp)
+      p%value%prior_sd = DECADE
       call word_stiffness(p, 'Joint @ is stiffer:', 'Joint @ is softer:')
     end select
   end function usual_parameter
@@ -95,6 +98,9 @@ contains
                'The veins bend more or less easily where the wing is clamped.', 'loads near the root')
     call enter(list, 'E_per_vein', 40, [EACH_VEIN], 'a vein of another material', &
                'One vein is softer or stiffer than the others.', 'loads that bend the vein')
+    call enter(list, 'joint_stiffness', 45, [EACH_JOINT], 'a joint of another stiffness', &
+               'One joint of veins is softer or stiffer than was stated or, if nothing was stated, than its vein.', &
+               'loads that bend the joint')
     call enter(list, 'taper', 50, [PARAM_EXPONENT], 'other cross-sections of veins', &
                'Thin veins are stiffer or softer against thick ones than solid circles would be: hollow or flattened veins.', &
                'loads that bend thick and thin veins')
@@ -106,7 +112,8 @@ contains
                'as if all forces had another size.', 'loads that bend the membrane')
   end function list_usual_causes
 
-  !> Enters one cause with its `place` in the catalogue and its parameters. A cause with EACH_VEIN is tried for one vein at a time.
+  !> Enters one cause with its `place` in the catalogue and its parameters. A cause with EACH_VEIN or EACH_JOINT is tried for one
+  !> vein or joint at a time.
   pure subroutine enter(list, name, place, numbers, title, sentence, data)
     type(cause_t), allocatable, intent(inout) :: list(:)
     character(*), intent(in) :: name, title, sentence, data
@@ -115,7 +122,7 @@ contains
     integer :: i
     cause = make_cause(name, title, sentence, data)
     cause%place = place
-    cause%is_joint = all(numbers /= EACH_VEIN)
+    cause%is_joint = all(numbers /= EACH_VEIN .and. numbers /= EACH_JOINT)
     do i = 1, size(numbers)
       call cause%add_told(usual_parameter(numbers(i)))
     end do

@@ -41,6 +41,7 @@ module solid_params
     procedure :: visit => params_visit
     procedure :: count => params_count
     procedure :: count_basic => params_count_basic
+    procedure :: is_joint => params_is_joint
     procedure :: describe => params_describe
     procedure :: find => params_find
     procedure :: get => params_get
@@ -107,6 +108,13 @@ contains
     class(solid_params_t), intent(in) :: self
     n = N_COMMON + size(self%vein_factor) + size(self%joint)
   end function params_count_basic
+
+  !> Tells whether parameter i is the stiffness of a joint.
+  pure elemental logical function params_is_joint(self, i) result(is_it)
+    class(solid_params_t), intent(in) :: self
+    integer, intent(in) :: i
+    is_it = i > N_COMMON + size(self%vein_factor) .and. i <= self%count_basic()
+  end function params_is_joint
 
   !> Returns name, unit, scale and bounds of parameter i. The order is: the eight common ones, the veins, the joints, the effects.
   function params_describe(self, i) result(p)

@@ -6,7 +6,7 @@ module solid_wing_refine
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: refine_wing, refine_params, coarsen_params
+  public :: refine_wing, refine_params, coarsen_params, equal_rotation
 
   !> The points of the fine mesh during its construction: the old points, and midpoints of two of them. The midpoints between a
   !> point and points with higher numbers form a linked list: first(point), next(midpoint); other(midpoint) is the point with the
@@ -170,4 +170,15 @@ contains
     params = fine
     params%k_vein = fine%k_vein/2
   end function coarsen_params
+
+  !> Returns the stiffness of a hinge that turns as much more than a hinge of stiffness `to` as one of stiffness k turns more than
+  !> one of stiffness `from`: 1/x - 1/to = 1/k - 1/from. `from` and `to` are those of a joint as stiff as its vein on two meshes; a
+  !> joint whose stiffness is stated has the same on both. The result is 0 if there is no such hinge, because k is too stiff.
+  pure real(rp) function equal_rotation(k, from, to) result(x)
+    real(rp), intent(in) :: k, from, to
+    real(rp) :: compliance
+    compliance = 1/to + (1/k - 1/from)
+    x = 0
+    if (compliance > 0) x = 1/compliance
+  end function equal_rotation
 end module solid_wing_refine

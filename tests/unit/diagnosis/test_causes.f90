@@ -18,7 +18,7 @@ program test_causes
   use solid_structure_causes, only: list_structure_causes
   use testkit, only: testkit_t
   implicit none
-  integer, parameter :: N_CAUSES = 18 + 4 + 4 + 1 + 12 + 17 + 7 !< structure, masses, damping, records, instrument, flight, balance
+  integer, parameter :: N_CAUSES = 19 + 4 + 4 + 1 + 12 + 17 + 7 !< structure, masses, damping, records, instrument, flight, balance
   character(*), parameter :: LETTERS = 'abcdefghijklmnopqrstuvwxyzE_'
   type(testkit_t) :: t
   type(cause_t), allocatable :: causes(:)

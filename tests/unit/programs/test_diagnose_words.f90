@@ -41,7 +41,7 @@ program test_diagnose_words
       end do
     end associate
   end do
-  call t%check('the catalogue has its 34 causes', n_causes == 34 .and. size(catalogue%effects) == 34)
+  call t%check('the catalogue has its 35 causes', n_causes == 35 .and. size(catalogue%effects) == 35)
   call bounded('soft', 1.0e-4_rp, 1.0e2_rp)
   call bounded('damage', 1.0e-2_rp, 1.0e2_rp)
   call told('E falls', 'E_gradient', '', 0.0_rp, [-0.43_rp, -0.3667_rp, -0.30_rp], &

@@ -8,6 +8,7 @@ program test_solid_junctions
   use solid_params, only: solid_params_t, default_params
   use solid_stiffness, only: bending_stiffness
   use solid_wing, only: wing_t, vein_t, joint_t
+  use solid_wing_refine, only: equal_rotation
   use testkit, only: testkit_t
   implicit none
   real(rp), parameter :: ANGLE = PI/6, LENGTHS(4) = [1.0_rp, 2.0_rp, 1.5_rp, 0.5_rp] !< of the parent's segments
@@ -25,9 +26,22 @@ program test_solid_junctions
   call test_branch()
   call test_crossing()
   call test_ring()
+  call test_equal_rotation()
   call t%finish()
 
 contains
+
+  !> A hinge of another mesh that adds the same rotation to that of its vein.
+  subroutine test_equal_rotation()
+    real(rp), parameter :: K = 0.3_rp, FROM = 0.7_rp, ROUND_OFF = 1.0e-14_rp
+    call t%check_close('as stiff as the vein here, as stiff as the vein there', equal_rotation(FROM, FROM, 2*FROM), 2*FROM, &
+                       rtol=ROUND_OFF)
+    call t%check_close('stated on both meshes, the same', equal_rotation(K, FROM, FROM), K, rtol=ROUND_OFF)
+    call t%check_close('much softer than the vein, the same', equal_rotation(1.0e-9_rp, FROM, 2*FROM), 1.0e-9_rp, rtol=1.0e-8_rp)
+    call t%check_close('there and back', equal_rotation(equal_rotation(K, FROM, 2*FROM), 2*FROM, FROM), K, rtol=ROUND_OFF)
+    call t%check('twice as stiff as the vein, there is none of half the length', &
+                 .not. equal_rotation(2*FROM, FROM, 2*FROM) > 0)
+  end subroutine test_equal_rotation
 
   !> A tapering parent vein along x through the points 1 to 5 and a branch that leaves it at point 3,
   !> 30 degrees from its forward direction, through 6 to 7; point 1 is clamped.

@@ -96,6 +96,26 @@ class Visibility(unittest.TestCase):
             self.assertLess(oracle.snr(shown), np.sqrt(late @ late + many**2))
 
 
+class Menu(unittest.TestCase):
+    def test_names(self):
+        """What is drawn as outside the catalogue says so, and nothing else; a soft joint is a cause of the catalogue."""
+        subject, wing = vibration.Individual(DESIGN, 3, 0).bases["same"], read_wing(WING)
+        for kind, names in (("single", {"joint_stiffness", "E_per_vein"}), ("outside", {"E_wave", "D_wave", "membrane_wave", "lag"})):
+            effects = [make(np.random.default_rng(1), wing, subject) for make in vibration_effects.menu(kind, True)]
+            self.assertLessEqual(names, {effect.name for effect in effects})
+            self.assertEqual({effect.is_known for effect in effects}, {kind == "single"})
+            self.assertEqual(len({effect.name for effect in effects}), len(effects))
+
+    def test_joint_stiffness(self):
+        """Its parameter is the stiffness that the wing has, under the name that intervals have; other joints stay."""
+        subject = vibration.Individual(DESIGN, 3, 0).bases["finer"]
+        effect = vibration_effects.joint_stiffness(np.random.default_rng(1), read_wing(WING), subject)
+        (name, value), = effect.parameters(3.0).items()
+        joints, joint = subject.stiffness.joints, name[len("joint:"):]
+        self.assertEqual(effect.apply(subject, 3.0).stiffness.joints, {**joints, joint: value})
+        self.assertAlmostEqual(value / joints[joint], 0.25, delta=1e-12)
+
+
 class Cases(unittest.TestCase):
     def make(self, folder, kind, cases):
         """A study in a folder with these {number: stratum}."""

@@ -114,6 +114,18 @@ def membrane_bending(rng: np.random.Generator, wing: Wing, subject: Subject) -> 
     return replace(bending.membrane_bending(rng, wing, subject), also=("elasticity",))
 
 
+def joint_stiffness(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
+    """Makes a joint softer by the factor 1 + s, where the baseline takes the joints as known. Its stiffness [N m/rad] is that of the
+    mesh of the data."""
+    joint = str(rng.choice(sorted(wing.joints)))
+    k = subject.stiffness.joints[joint]
+    def softer(s: float) -> float:
+        return k / (1 + s)
+    return Effect("joint_stiffness", lambda subject, s: bending.stiffness(subject, joints={**subject.stiffness.joints, joint: softer(s)}),
+                  lambda s: {"joint:" + joint: softer(s)}, 0.1, 300.0,
+                  place=tuple(map(float, wing.points[wing.joint_nodes(joint)[1]][:2])))
+
+
 # ---- outside -------------------------------------------------------------------------------------
 
 def membrane_wave(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
@@ -122,24 +134,16 @@ def membrane_wave(rng: np.random.Generator, wing: Wing, subject: Subject) -> Eff
     return Effect("membrane_wave", lambda subject, s: mass(subject, membrane_wave=(s, lx, ly)), lambda s: {}, 0.05, 0.95, False)
 
 
-def soft_joint(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
-    """Makes a joint softer by the factor 1 + s, where the baseline takes the joints as known."""
-    joint = str(rng.choice(sorted(wing.joints)))
-    k = subject.stiffness.joints[joint]
-    return Effect("soft_joint", lambda subject, s: bending.stiffness(subject, joints={**subject.stiffness.joints, joint: k / (1 + s)}),
-                  lambda s: {}, 0.1, 300.0, False, place=tuple(map(float, wing.points[wing.joint_nodes(joint)[1]][:2])))
-
-
 def lag(rng: np.random.Generator, wing: Wing, subject: Subject) -> Effect:
     """Adds a filter that no file states."""
     return replace(plain("lag", unstated, 2e-6, 1e-3, 1.0), is_known=False)
 
 
-STRUCTURE = (bending.E_gradient, bending.E_per_vein, bending.taper, bending.soft_place, bending.vein_torsion, bending.damage,
-             membrane_bending)
+STRUCTURE = (bending.E_gradient, bending.E_per_vein, joint_stiffness, bending.taper, bending.soft_place, bending.vein_torsion,
+             bending.damage, membrane_bending)
 INERTIA = (vein_mass, membrane_mass, membrane_gradient, thickness_gradient, point_mass)
 DAMPING = (stiffness_damping, joint_friction, viscoelasticity, air_drag, base_shake)  # only records show them
-OUTSIDE = (bending.E_wave, bending.D_wave, membrane_wave, soft_joint)
+OUTSIDE = (bending.E_wave, bending.D_wave, membrane_wave)
 OUTSIDE_OF_RECORDS = (lag,)
 
 
