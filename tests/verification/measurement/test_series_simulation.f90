@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A wing that rings: derivatives of its records with respect to stiffness, masses, damping and a motion of the base against
-!> differences, and errors of sensors against a filter. The argument names a wing file.
+!> differences. The argument names a wing file.
 program test_series_simulation
   use base_constants, only: TWO_PI
   use base_errors, only: failure_t, message_list_t
@@ -9,7 +9,6 @@ program test_series_simulation
   use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
-  use measurement_series_sensors, only: distortion_time, put_sensor_errors, N_SENSOR_ERRORS
   use measurement_series_simulation, only: series_simulation_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION, DAMPING_TIME, N_DAMPING_EFFECTS
   use solid_mass, only: lump_mass, mass_params_t, mass_t
@@ -22,7 +21,6 @@ program test_series_simulation
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
   implicit none
-  real(rp), parameter :: NEAR = 4.0e4_rp ! [Hz]
   real(rp), parameter :: TIP(2) = [8.5e-3_rp, -0.8e-3_rp], MIDDLE(2) = [5.0e-3_rp, -0.5e-3_rp]
   type(testkit_t) :: t
   type(wing_t) :: wing
@@ -45,8 +43,6 @@ program test_series_simulation
   call test_motion_of_base()
   call test_masses()
   call test_stiffness()
-  call test_lag()
-  call test_times()
   call t%finish()
 
 contains
@@ -302,87 +298,6 @@ contains
       call judge(trim(NAMES(i)), column, plus, minus, scale*STEP)
     end do
   end subroutine test_stiffness
-
-  !> A filter of first order with the time tau: -tau x' + tau^2 x'', up to tau^3. Samples are near to one another, because drag is
-  !> exact up to a power of their distance.
-  subroutine test_lag()
-    real(rp), parameter :: TAU(2) = [1.0e-7_rp, 5.0e-8_rp]
-    type(measurement_t) :: other
-    real(rp), allocatable :: columns(:, :), plain(:), change(:), terms(:)
-    real(rp) :: error(3, 2), time(3), share
-    integer :: i, j, k
-    other = m
-    do i = 1, 3
-      other%series(i)%lowpass = 0
-      other%series(i)%order = 1
-      other%series(i)%rate = NEAR
-      other%series(i)%start = 1.0e-4_rp ! the filter has forgotten how the motion began
-    end do
-    other%series(1)%is_velocity = .true.
-    other%series(3)%base(1) = 0 ! no jump
-    call simulation%init(other, model, parts)
-    plain = motion(params, effects, damping)
-    allocate (columns(simulation%n, 6*N_SENSOR_ERRORS))
-    call put_sensor_errors(simulation, columns)
-    time = [(distortion_time(simulation, i), i=1, 3)]
-    do k = 1, 2
-      other%series%lowpass = 1/(TWO_PI*TAU(k))
-      call simulation%init(other, model, parts)
-      change = motion(params, effects, damping) - plain
-      do i = 1, 3
-        share = TAU(k)/time(i)
-        terms = 0*plain
-        do j = 2*i - 1, 2*i
-          terms = terms - share*columns(:, 3*j - 1) + share**2*columns(:, 3*j)
-        end do
-        associate (first => simulation%first(i), last => simulation%first(i) + 49)
-          error(i, k) = norm2(change(first:last) - terms(first:last))/norm2(change(first:last))
-        end associate
-      end do
-    end do
-    call t%check_below('a lag is delay and smoothing', maxval(error(:, 2)), 1.0e-3_rp)
-    do i = 1, 3
-      call t%check_close('up to the third power of the lag in record '//achar(48 + i), error(i, 1)/error(i, 2), 4.0_rp, rtol=0.1_rp)
-    end do
-    terms = 10*sum(columns(:, 1::3), 2)
-    call t%check_below('a gain is a share of the record', norm2(terms - plain)/norm2(plain), 1.0e-14_rp)
-    call t%check('every trace has errors of its own', all(count(abs(columns) > 0, 1) <= 25))
-  end subroutine test_lag
-
-  !> Rates and second derivatives of a filtered record in air against the same record a little earlier and later.
-  subroutine test_times()
-    real(rp), parameter :: STEP = 4.0e-6_rp
-    type(measurement_t) :: other
-    real(rp), allocatable :: columns(:, :), r(:), plus(:, :), minus(:, :), column(:)
-    real(rp) :: time, error(2), h
-    integer :: k
-    other = m
-    other%series(1)%rate = NEAR
-    call simulation%init(other, model, parts)
-    allocate (plus(simulation%n, 2), minus(simulation%n, 2), columns(simulation%n, 6*N_SENSOR_ERRORS))
-    do k = 1, 2
-      other%series(1)%start = m%series(1)%start + STEP/k
-      call simulation%init(other, model, parts)
-      plus(:, k) = motion(params, effects, damping)
-      other%series(1)%start = m%series(1)%start - STEP/k
-      call simulation%init(other, model, parts)
-      minus(:, k) = motion(params, effects, damping)
-    end do
-    other%series(1)%start = m%series(1)%start
-    call simulation%init(other, model, parts)
-    r = motion(params, effects, damping)
-    call put_sensor_errors(simulation, columns)
-    time = distortion_time(simulation, 1)
-    column = (columns(:50, 2) + columns(:50, 5))/time
-    call judge('its time', column, plus(:50, :), minus(:50, :), STEP)
-    column = (columns(:50, 3) + columns(:50, 6))/time**2
-    do k = 1, 2
-      h = STEP/k
-      error(k) = norm2((plus(:50, k) - 2*r(:50) + minus(:50, k))/h**2 - column)/norm2(column)
-    end do
-    call t%check_below('second derivative of the motion in time', error(2), 1.0e-3_rp)
-    call t%check_close('its differences err with the square of their step', error(1)/error(2), 4.0_rp, rtol=0.1_rp)
-  end subroutine test_times
 
   !> A clamp that gives way, so that its derivative is one on both sides.
   type(solid_params_t) function base_params() result(p)
