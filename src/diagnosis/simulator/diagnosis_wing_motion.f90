@@ -99,9 +99,9 @@ contains
     if (self%flight%n > 0) call self%flight%nuisances(q, nuisances(m + 1:, k + 2:))
   end subroutine motion_nuisances
 
-  !> Returns patterns(n, :), the changes of the residuals that unknown causes would make. First come causes at site(2, :) [m] of the
-  !> wing (see `site_tangents`), then errors of sensors, then causes in flights. They are those at the parameters of the last call of
-  !> `nuisances` or `evaluate`, which must precede.
+  !> Returns patterns(n, :), the changes of the residuals that unknown causes would make. First come causes at site(2, :) [m] of
+  !> the wing (see `site_tangents`), then errors of sensors, then causes in flights. They are those at the parameters of the last
+  !> call of `nuisances` or `evaluate`, which must precede.
   subroutine motion_patterns(self, site, radius, patterns)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius
