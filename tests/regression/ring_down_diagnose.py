@@ -183,7 +183,7 @@ def test_lag(case):
 
 def test_trigger(case):
     """A time of the excitation that is as wrong as the file says is no discovery."""
-    ring(case, "data.h5", noise={"trigger": 1.0e-5})
+    ring(case, "data.h5", noise={"trigger": 2.0e-5})
     code, found = diagnose(case, "data.h5", "trigger", OPTIONS + "validation = no;\n", parameters="E")
     check(code == ADEQUATE, found["verdict"]["sentence"])
 

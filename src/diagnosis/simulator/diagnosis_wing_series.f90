@@ -11,7 +11,7 @@ module diagnosis_wing_series
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_motion_simulation, only: motion_simulation_t
-  use measurement_series_sensors, only: put_sensor_errors, N_SENSOR_ERRORS
+  use measurement_series_sensors, only: put_late_errors, put_sensor_errors, N_SENSOR_ERRORS
   use measurement_series_simulation, only: series_simulation_t
   use solid_mass_effects, only: mass_parts_t
   use solid_model, only: solid_model_t
@@ -48,7 +48,7 @@ contains
     mechanics => self%simulation
     call self%start(mechanics, bare, wing, parameters, parts)
     associate (series => bare%measurement%series)
-      self%n_nuisances = 2*size(series)
+      self%n_nuisances = 3*size(series)
       self%n_sensor_errors = N_SENSOR_ERRORS*sum([(size(series(i)%sigma), i=1, size(series))])
     end associate
   end subroutine series_init
@@ -100,11 +100,14 @@ contains
   end subroutine series_tangent
 
   !> Computes nuisances(n, n_nuisances), the effects on the residuals of errors of one sd of the sizes and times of the excitations,
-  !> at the point of the last `evaluate`.
+  !> two for each record, and then what is of second order in those of the times; at the point of the last `evaluate`.
   subroutine series_nuisances(self, nuisances)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(inout) :: nuisances(:, :)
-    call self%simulation%nuisances(nuisances)
+    integer :: n
+    n = 2*size(self%simulation%series)
+    call self%simulation%nuisances(nuisances(:, :n))
+    call put_late_errors(self%simulation, nuisances(:, n + 1:))
   end subroutine series_nuisances
 
   !> Computes patterns(n, n_sensor_errors), the effects on the residuals of errors of the sensors, at the point of the last

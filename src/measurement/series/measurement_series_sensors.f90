@@ -12,7 +12,7 @@ module measurement_series_sensors
   use measurement_series_simulation, only: series_simulation_t
   implicit none
   private
-  public :: distortion_time, put_sensor_errors, N_SENSOR_ERRORS
+  public :: distortion_time, put_late_errors, put_sensor_errors, N_SENSOR_ERRORS
 
   integer, parameter :: N_SENSOR_ERRORS = 3 !< of each trace: gain, delay, smoothing
   real(rp), parameter :: SHARE = 0.1_rp
@@ -58,4 +58,18 @@ contains
       end associate
     end do
   end subroutine put_sensor_errors
+
+  !> Puts into columns(n, records) what is of second order in the error d of the time of each excitation, d^2/2 x'', after
+  !> `evaluate`. Its root mean square for d ~ N(0, sd^2) is sqrt(3)/2 sd^2 x''.
+  subroutine put_late_errors(simulation, columns)
+    type(series_simulation_t), intent(in) :: simulation
+    real(rp), intent(out) :: columns(:, :)
+    integer :: i
+    columns = 0
+    do i = 1, size(simulation%series)
+      associate (s => simulation%series(i), first => simulation%first(i))
+        columns(first:first + s%count() - 1, i) = 0.5_rp*sqrt(3.0_rp)*s%trigger_sigma**2*s%in_sd(simulation%rings(i)%second)
+      end associate
+    end do
+  end subroutine put_late_errors
 end module measurement_series_sensors

@@ -8,7 +8,7 @@ program test_series_sensors
   use loaded_wing, only: wing_of_argument
   use measurement_data, only: measurement_t
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
-  use measurement_series_sensors, only: distortion_time, put_sensor_errors, N_SENSOR_ERRORS
+  use measurement_series_sensors, only: distortion_time, put_late_errors, put_sensor_errors, N_SENSOR_ERRORS
   use measurement_series_simulation, only: series_simulation_t
   use solid_damping_effects, only: damping_effects_t
   use solid_mass, only: lump_mass, mass_params_t, mass_t
@@ -139,7 +139,7 @@ contains
     real(rp), parameter :: STEP = 2.0e-6_rp, START = 1.97e-4_rp, DRAG = 20.0_rp
     type(measurement_t) :: other
     real(rp), allocatable :: columns(:, :), r(:), plus(:), minus(:), column(:, :)
-    real(rp) :: time, error(2, 2), h
+    real(rp) :: time, error(2, 2), late(2*N, 1), h
     integer :: k
     other = m
     other%series = m%series(:1)
@@ -148,9 +148,11 @@ contains
     if (is_filtered) other%series(1)%lowpass = 1500
     if (is_filtered) other%series(1)%order = 2
     other%series(1)%start = START
+    other%series(1)%trigger_sigma = STEP
     r = motion(other, DRAG)
     allocate (columns(size(r), 2*N_SENSOR_ERRORS))
     call put_sensor_errors(simulation, columns)
+    call put_late_errors(simulation, late)
     time = distortion_time(simulation, 1)
     column = columns(:, 2:3) + columns(:, 5:6)
     do k = 1, 2
@@ -165,6 +167,8 @@ contains
     do k = 1, 2
       call t%check_below('derivative '//achar(48 + k)//' in time: '//name, error(k, 2), 1.0e-4_rp)
     end do
+    h = norm2(0.5_rp*sqrt(3.0_rp)*4*(plus - 2*r + minus) - late(:, 1))/norm2(late)
+    call t%check_below('an error of the time has a part of second order: '//name, h, 1.0e-4_rp)
     call t%check_close('its differences err with the square of their step', error(1, 1)/error(1, 2), 4.0_rp, rtol=0.1_rp)
   end subroutine test_times
 end program test_series_sensors
