@@ -183,6 +183,24 @@ def test_outside(case):
     check(code in (UNKNOWN, SET), found["verdict"]["sentence"])
 
 
+def test_lag(case):
+    """A shorter lag, which looks like damping: the sensors have it."""
+    ring(case, "data.h5", lag=5.0e-5)
+    code, found = diagnose(case, "data.h5", "lag", OPTIONS, parameters="E")
+    check(code == UNKNOWN, found["verdict"]["sentence"])
+    region = found["verdict"]["region"]
+    check(region["of"] == "sensors" and not region["parts"], f"{region}")
+    problems = validate(found, SOURCE / "docs/formats/diagnosis.schema.json")
+    check(not problems, f"the JSON file is what the schema says: {problems}")
+
+
+def test_trigger(case):
+    """A time of the excitation that is as wrong as the file says is no discovery."""
+    ring(case, "data.h5", noise={"trigger": 2.0e-5})
+    code, found = diagnose(case, "data.h5", "trigger", OPTIONS + "validation = no;\n", parameters="E")
+    check(code == ADEQUATE, found["verdict"]["sentence"])
+
+
 def test_both(case):
     """The force sensor reads 1.25 times too little. The record of a motion, which needs no force, says that the wing is not softer."""
     measure(case, "bending.h5", stiffness={"plate": "edges"}, hidden={"force_gain": 1.25})

@@ -3,7 +3,7 @@
 !> on a flapping wing. In vectors of observations they follow bending tests. Rank 0 computes them.
 module diagnosis_wing_motion
   use base_kinds, only: rp
-  use diagnosis_families, only: FAMILY_FLIGHT
+  use diagnosis_families, only: FAMILY_FLIGHT, FAMILY_SENSORS
   use diagnosis_flight_data, only: flight_cases_t
   use diagnosis_wing_flights, only: wing_flights_t
   use diagnosis_wing_modes, only: wing_modes_t
@@ -99,20 +99,23 @@ contains
     if (self%flight%n > 0) call self%flight%nuisances(q, nuisances(m + 1:, k + 2:))
   end subroutine motion_nuisances
 
-  !> Returns patterns(n, :), the changes of the residuals that unknown causes would make. First come causes at site(2, :) [m] of the
-  !> wing (see `site_tangents`), then causes in flights. They are those at the parameters of the last call of `nuisances` or
-  !> `evaluate`, which must precede.
+  !> Returns patterns(n, :), the changes of the residuals that unknown causes would make. First come causes at site(2, :) [m] of
+  !> the wing (see `site_tangents`), then errors of sensors, then causes in flights. They are those at the parameters of the last
+  !> call of `nuisances` or `evaluate`, which must precede.
   subroutine motion_patterns(self, site, radius, patterns)
     class(wing_motion_t), intent(inout) :: self
     real(rp), intent(in) :: site(:, :), radius
     real(rp), intent(inout) :: patterns(:, :)
-    integer :: n, m
+    integer :: n, m, first, flown
     if (size(patterns, 2) == 0) return
     n = self%modes%n
     m = n + self%series%n
+    flown = size(patterns, 2) - self%flight%n_patterns + 1
+    first = flown - self%series%n_sensor_errors
     if (n > 0) call self%modes%patterns(site, radius, patterns(:n, :))
     if (self%series%n > 0) call self%series%patterns(site, radius, patterns(n + 1:m, :))
-    if (self%flight%n > 0) call self%flight%patterns(patterns(m + 1:, size(patterns, 2) - self%flight%n_patterns + 1:))
+    if (self%series%n > 0) call self%series%sensor_errors(patterns(n + 1:m, first:flown - 1))
+    if (self%flight%n > 0) call self%flight%patterns(patterns(m + 1:, flown:))
   end subroutine motion_patterns
 
   !> Adds the surfaces, folds and blocks of these observations.
@@ -124,23 +127,31 @@ contains
     if (self%flight%n > 0) call self%flight%append_labels(labels)
   end subroutine motion_append_labels
 
-  !> Adds the labels of the patterns of unknown causes in flights after the others, as a separate family. The entries of
-  !> `family` and `site` that belong to no pattern stay at the end.
+  !> Adds the labels of the patterns of errors of sensors and of unknown causes in flights after the others, as separate families.
+  !> The entries of `family` and `site` that belong to no pattern stay at the end.
   subroutine motion_append_patterns(self, n_patterns, family, site, kinds)
     class(wing_motion_t), intent(in) :: self
     integer, intent(inout) :: n_patterns
     integer, allocatable, intent(inout) :: family(:)
     real(rp), allocatable, intent(inout) :: site(:, :)
     integer, allocatable, intent(inout) :: kinds(:) !< of the families
-    integer :: n, m
-    n = self%flight%n_patterns
-    if (n == 0) return
-    m = 0
-    if (size(family) > 0) m = maxval(family)
-    kinds = [kinds(:m), FAMILY_FLIGHT]
-    family = [family(:n_patterns), spread(m + 1, 1, n), family(n_patterns + 1:)]
-    site = reshape([site(:, :n_patterns), spread([0.0_rp, 0.0_rp], 2, n), site(:, n_patterns + 1:)], [2, size(family)])
-    n_patterns = n_patterns + n
+    call append(self%series%n_sensor_errors, FAMILY_SENSORS)
+    call append(self%flight%n_patterns, FAMILY_FLIGHT)
+
+  contains
+
+    subroutine append(n, kind)
+      integer, intent(in) :: n, kind
+      integer :: m
+      if (n == 0) return
+      m = 0
+      if (size(family) > 0) m = maxval(family)
+      kinds = [kinds(:m), kind]
+      family = [family(:n_patterns), spread(m + 1, 1, n), family(n_patterns + 1:)]
+      site = reshape([site(:, :n_patterns), spread([0.0_rp, 0.0_rp], 2, n), site(:, n_patterns + 1:)], [2, size(family)])
+      n_patterns = n_patterns + n
+    end subroutine append
+
   end subroutine motion_append_patterns
 
   !> Returns in c the covariance of the observations `rows`, which belong to one block.

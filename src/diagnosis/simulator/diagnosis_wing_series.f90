@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Computes the residuals of the records of a vibrating wing in units of their sd (the covariance is the unit matrix), and exact
-!> tangents of all parameters of the catalogue. The size and the time of every excitation are nuisances. Each trace is a surface
-!> and a fold by itself. Without records there are no observations here.
+!> tangents of all parameters of the catalogue. The size and the time of every excitation are nuisances, and errors of the sensors
+!> are unknown causes. Each trace is a surface and a fold by itself. Without records there are no observations here.
 module diagnosis_wing_series
   use base_kinds, only: rp
   use diagnosis_moving_wing, only: moving_wing_t
@@ -11,6 +11,7 @@ module diagnosis_wing_series
   use inference_simulator, only: labels_t
   use measurement_experiment, only: experiment_t
   use measurement_motion_simulation, only: motion_simulation_t
+  use measurement_series_sensors, only: put_late_errors, put_sensor_errors, N_SENSOR_ERRORS
   use measurement_series_simulation, only: series_simulation_t
   use solid_mass_effects, only: mass_parts_t
   use solid_model, only: solid_model_t
@@ -21,12 +22,14 @@ module diagnosis_wing_series
 
   type, extends(moving_wing_t) :: wing_series_t
     type(series_simulation_t), pointer :: simulation => null() !< one for each simulator. It is never copied.
+    integer :: n_sensor_errors = 0                             !< patterns of unknown causes
   contains
     procedure :: init => series_init
     procedure :: take_model => series_take_model
     procedure :: evaluate => series_evaluate
     procedure :: tangent => series_tangent
     procedure :: nuisances => series_nuisances
+    procedure :: sensor_errors => series_sensor_errors
     procedure :: append_labels => series_append_labels
   end type wing_series_t
 
@@ -40,10 +43,14 @@ contains
     type(wing_parameter_t), intent(in) :: parameters(:)
     type(mass_parts_t), intent(in) :: parts
     class(motion_simulation_t), pointer :: mechanics
+    integer :: i
     allocate (self%simulation)
     mechanics => self%simulation
     call self%start(mechanics, bare, wing, parameters, parts)
-    self%n_nuisances = 2*bare%measurement%count_series()
+    associate (series => bare%measurement%series)
+      self%n_nuisances = 3*size(series)
+      self%n_sensor_errors = N_SENSOR_ERRORS*sum([(size(series(i)%sigma), i=1, size(series))])
+    end associate
   end subroutine series_init
 
   !> Gives the simulation this model of the wing at rest.
@@ -93,12 +100,23 @@ contains
   end subroutine series_tangent
 
   !> Computes nuisances(n, n_nuisances), the effects on the residuals of errors of one sd of the sizes and times of the excitations,
-  !> at the point of the last `evaluate`.
+  !> two for each record, and then what is of second order in those of the times; at the point of the last `evaluate`.
   subroutine series_nuisances(self, nuisances)
     class(wing_series_t), intent(inout) :: self
     real(rp), intent(inout) :: nuisances(:, :)
-    call self%simulation%nuisances(nuisances)
+    integer :: n
+    n = 2*size(self%simulation%series)
+    call self%simulation%nuisances(nuisances(:, :n))
+    call put_late_errors(self%simulation, nuisances(:, n + 1:))
   end subroutine series_nuisances
+
+  !> Computes patterns(n, n_sensor_errors), the effects on the residuals of errors of the sensors, at the point of the last
+  !> `evaluate`.
+  subroutine series_sensor_errors(self, patterns)
+    class(wing_series_t), intent(in) :: self
+    real(rp), intent(inout) :: patterns(:, :)
+    call put_sensor_errors(self%simulation, patterns)
+  end subroutine series_sensor_errors
 
   !> Adds labels. Every trace is a surface with its own fold and block.
   subroutine series_append_labels(self, labels)

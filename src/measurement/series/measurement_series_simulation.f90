@@ -42,7 +42,7 @@ module measurement_series_simulation
     integer, private :: n_modes = 0, n_known = 0
     class(modal_t), allocatable, private :: modal(:)   !< (2) by medium
     logical, private :: is_used(2) = .false.
-    type(ringing_t), allocatable, private :: rings(:)  !< (series)
+    type(ringing_t), allocatable :: rings(:)           !< (series) their motions, after `evaluate`
     type(material_point_t), allocatable, private :: sites(:, :) !< (most traces, series)
     type(material_point_t), allocatable, private :: excited_sites(:)    !< (series)
     type(shake_t) :: shake                             !< of the next evaluation

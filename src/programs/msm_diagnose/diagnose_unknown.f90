@@ -5,7 +5,7 @@ module diagnose_unknown
   use base_named_kinds, only: word_of
   use base_text, only: number_text
   use diagnose_settings, only: diagnose_settings_t
-  use diagnosis_families, only: FAMILIES, FAMILY_FLIGHT, FAMILY_SCANS
+  use diagnosis_families, only: FAMILIES, FAMILY_FLIGHT, FAMILY_SCANS, FAMILY_SENSORS
   use diagnosis_unknown, only: unknown_t
   use inference_region, only: REGION_LEVEL
   use io_json, only: json_t
@@ -37,7 +37,7 @@ contains
     call json%put('level', REGION_LEVEL)
     call json%put('cell_m', unknown%cell)
     call json%open_list('parts')
-    do i = 1, unknown%region%n_parts
+    do i = 1, merge(unknown%region%n_parts, 0, all(unknown%family /= [FAMILY_FLIGHT, FAMILY_SENSORS]))
       call json%open_object('')
       call json%put('centre_m', unknown%centre(i))
       call json%put('radius_m', unknown%radius(i))
@@ -75,6 +75,8 @@ contains
     real(rp) :: middle(2)
     text = 'not on the wing: each scan is bent in another way (by the rig, or by the scan before it)'
     if (unknown%family == FAMILY_SCANS) return
+    text = 'not on the wing: errors of the sensors of the records of motion (gain, delay or filter)'
+    if (unknown%family == FAMILY_SENSORS) return
     text = 'in the records over the beat'
     if (unknown%family == FAMILY_FLIGHT) return
     text = 'no place stands out'

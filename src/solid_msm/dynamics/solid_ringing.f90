@@ -66,6 +66,7 @@ module solid_ringing
     type(shake_t) :: shake
     real(rp), allocatable :: shaken(:)        !< (r) minus the inertia along z of the modes; not allocated: no motion of the base
     real(rp), allocatable :: seen(:, :), rate(:, :) !< (samples, seen) for unit excitation, and their derivatives in time
+    real(rp), allocatable :: second(:, :)     !< (samples, seen) their second derivatives
     integer, private :: r = 0, m = 0, n = 0   !< modes, places, states
     real(rp), allocatable, private :: omega(:), joints(:, :), observation(:, :), forcing(:), input(:), x(:, :), begin(:), a(:, :)
     type(damping_effects_t), private :: damping
@@ -117,11 +118,12 @@ contains
     call self%move(is_driven)
   end subroutine ringing_run
 
-  !> Computes the states, observations and their rates from the first state.
+  !> Computes the states, the observations and their derivatives in time from the first state.
   subroutine ringing_move(self, is_driven)
     class(ringing_t), intent(inout) :: self
     logical, intent(in) :: is_driven
-    real(rp) :: change(self%n, size(self%x, 2)), ends(self%n, 2)
+    real(rp) :: change(self%n, size(self%x, 2)), second(self%n, size(self%x, 2)), ends(self%n, 2), f(self%r)
+    type(drag_change_t) :: still
     integer :: k
     ends(:, 1) = self%begin
     ends(:, 2) = self%begin
@@ -138,15 +140,21 @@ contains
       call self%flows%dragged%march(self%drag, self%x, self%input)
     end if
     change = matmul(self%a, self%x)
+    second = 0
     if (allocated(self%drag%across)) then
+      allocate (still%across(0, 0), still%mass(0, 0))
       associate (p => self%r + 1, q => 2*self%r)
         do k = 1, size(self%x, 2)
-          change(p:q, k) = change(p:q, k) + self%drag%force(self%x(p:q, k))
+          f = self%drag%force(self%x(p:q, k))
+          change(p:q, k) = change(p:q, k) + f
+          second(p:q, k) = self%drag%slope(still, self%x(p:q, k), change(p:q, k), f)
         end do
       end associate
     end if
+    second = second + matmul(self%a, change)
     self%seen = self%output(self%x)
     self%rate = self%output(change)
+    self%second = self%output(second)
   end subroutine ringing_move
 
   !> Makes the matrix A of the equations.

@@ -317,6 +317,8 @@ class Report(unittest.TestCase):
         text = self.told(verdict={**verdict, "region": {**region, "of": "flight"}})
         self.assertIn("It is in the records over the beat, and has no place on the wing.", text)
         self.assertNotIn("mm, radius", text)
+        text = self.told(verdict={**verdict, "region": {**region, "of": "sensors", "form": "field", "parts": []}})
+        self.assertIn("It is not on the wing: sensors of the records of motion", text)
         self.assertIn("It explains too little for an interval.", self.told(
             verdict=verdict, extended={**DIAGNOSIS["extended"], "intervals_90": []}))
 

@@ -58,7 +58,7 @@ def read(path: Path) -> tuple[dict[str, Any], Loads, dict[str, np.ndarray]]:
                 loads[name] = (np.asarray(table), np.ravel(table.attrs["point"]),
                                float(np.ravel(table.attrs["force"])[0]))
             for name, table in file.get("unknown", {}).items():
-                if np.any(table_of(np.asarray(table))[:, :2]):  # errors of scans and waves over a beat have no place on the wing
+                if np.any(table_of(np.asarray(table))[:, :2]):  # errors of scans and sensors, and waves over a beat, have no place
                     unknown[name] = np.asarray(table)
     return diagnosis, loads, unknown
 

@@ -162,7 +162,8 @@ def unknown_html(verdict: dict[str, Any]) -> str:
     text, region = "", verdict.get("region")
     if region:
         what = {"stiffness": "a stiffness that differs", "force": "further forces",
-                "scans": "bent scans", "veins": "veins of another stiffness", "flight": "waves over the beat"}[region["of"]]
+                "scans": "bent scans", "veins": "veins of another stiffness", "flight": "waves over the beat",
+                "sensors": "errors of sensors"}[region["of"]]
         parts = [f"around ({1e3 * p['centre_m'][0]:.1f}, {1e3 * p['centre_m'][1]:.1f}) mm, radius {1e3 * p['radius_m']:.1f} mm "
                  f"({share(p['share'])})" for p in region["parts"]]
         text = f"<p>As {what}, it would be " + ("at one place; the share is that of this place among all: "
@@ -174,6 +175,9 @@ def unknown_html(verdict: dict[str, Any]) -> str:
                    "something of the scan before.</p>"
         elif region["of"] == "flight":
             text = "<p>It is in the records over the beat, and has no place on the wing.</p>"
+        elif region["of"] == "sensors":
+            text = "<p>It is not on the wing: sensors of the records of motion have another gain, a delay, or a filter that the " \
+                   "file does not state.</p>"
         elif not parts:
             text = f"<p>As {what}, it would be a field over the wing in which no place stands out.</p>"
     if verdict.get("related"):
