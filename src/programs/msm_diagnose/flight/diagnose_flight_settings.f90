@@ -51,6 +51,8 @@ contains
     real(rp) :: prior_sd(N_CHANGES)
     integer :: k
     has_records = measurement%count_flights() > 0
+    if (c%file /= '' .and. .not. (has_records .or. c%compare)) call config%complain(notices, 'Flight', 'file', &
+      'has no effect: the measurement has no records in /flight; compare = yes flies this case with both wings')
     if (.not. (has_records .or. c%compare)) return
     if (has_records .and. c%compare) call config%complain(errors, 'Flight', 'compare', &
       'must be left out: with /flight both flights are always compared')
