@@ -282,8 +282,9 @@ def test_no_step_left(case):
     """A restart of a finished run writes its end again and changes nothing."""
     reference(case, RICH, 10, 2)
     before = case.all_series()
-    case.run("run.ini", "--restart", ranks=2)
+    done = case.run("run.ini", "--restart", ranks=2)
     check(case.all_series() == before, "the series are the same")
+    check("this is the end of the run: to go on, increase [Time] Tmax" in done.out, f"it is told why nothing is computed:\n{done.out}")
 
 
 main(globals())

@@ -285,6 +285,14 @@ def test_gravity(case):
     check(abs(with_tip["at_load"] - with_tip["tip_z"]) < 1e-11, "the loaded place is the tip")
 
 
+def test_stretched_wing(case):
+    """A load that no wing can bear without being stretched is doubted."""
+    for force, doubted in (("1e4", True), ("1e-4", False)):
+        case.write("run.ini", merged(two_loads(), {"Loads": {"forces": f"(/ 0.00721 -0.00032 {force} /)"}}))
+        out = case.run("--static", "run.ini", ranks=0).out
+        check(("is the force in newtons?" in out) == doubted, f"{force} N:\n{out}")
+
+
 def test_mistakes(case):
     def forces(text):
         return {"Loads": {"forces": text}}

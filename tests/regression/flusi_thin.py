@@ -229,6 +229,21 @@ def test_power(case):
     check(worst < 0.1 * size, f"in every step: {worst} of {size}")
 
 
+def test_failed_backup(case):
+    """Flexible wings that bend too far leave a checkpoint, from which the run goes on as the message says."""
+    case.write("run.ini", merged(BENT, {"Flexible_wing": {"largest_deflection": 0.02}, "Time": {"nt": 40}}))
+    done = case.run("run.ini", ranks=2, code=EXIT_NUMERICAL)
+    check("bends beyond the limit" in done.err and "--restart=failed_backup.h5 continues" in done.err, f"it is told:\n{done.err}")
+    before = len(table(case, "bending_left.t"))
+    case.write("run.ini", merged(BENT, {"Time": {"nt": 40}}))
+    case.run("run.ini", "--restart=failed_backup.h5", ranks=2)
+    after = table(case, "bending_left.t")
+    check(len(after) > before, f"the run goes on: {before}, {len(after)} records")
+    check(max(abs(row[4]) for row in after) < 1, "and the wings stay wings")
+    rows = case.series("slip.t").rows[-5:]
+    check(all(row[1] < 0.1 * row[3] for row in rows), f"the flow follows the wings again: {rows}")
+
+
 def test_flexible_gap(case):
     """Flexible wings that come closer than a grid spacing stop the run, which says what to do. It foresees this of unbent wings."""
     fly(case.sub("apart"), 2, Insects={"x_pivot_l": "0.0 0.08 0.0", "x_pivot_r": "0.0 -0.08 0.0"}, Time={"nt": 2})

@@ -206,6 +206,28 @@ def test_notices(case):
     check("wing_frequency equals" not in case.run("run.ini", "--check", ranks=0).err, "one beat in T is all right")
 
 
+def test_no_wind(case):
+    """A flow that begins at rest and that nothing holds has no wind: neither in the numbers at the start nor in the drag."""
+    calm = merged(WING, {"InitialCondition": {"inicond": "quiescent"}, "Time": {"nt": 1}})
+    calm.pop("MeanFlow")
+    case.write("beat.ini", BEAT)
+    case.write("run.ini", calm)
+    out = case.run("run.ini").out
+    check(re.search(r"u_inf = 0?\.0+E?[+0]*$", out, re.M), f"there is no wind:\n{out}")
+    noticed(case.sub("idle"), merged(calm, {"MeanFlow": {"ux": 2.0}}), r"\[MeanFlow\] ux: has no effect: .*iMeanFlow_x = fixed")
+    for wind in ({"ux": 2.0, "iMeanFlow_x": "fixed"}, {"ux": 0.0}):
+        case.write("run.ini", merged(calm, {"MeanFlow": wind}))
+        check("has no effect" not in case.run("run.ini", "--check", ranks=0).err, f"{wind} is not doubted")
+
+
+def test_no_end(case):
+    """A run that would never end is told; a number of steps is an end."""
+    endless = merged(WING, {"Time": {"Tmax": None, "nt": None}})
+    noticed(case, endless, r"\[Time\] Tmax: is not given, nor is nt: the run ends only when you stop it")
+    case.write("run.ini", merged(endless, {"Time": {"nt": 7}}))
+    check("you stop it" not in case.run("run.ini", "--check", ranks=0).err, "nt is an end")
+
+
 def test_magnitudes(case):
     """Units that were mixed up: nu in mm^2/s, eps in ms."""
     units = {"length": 9e-3, "frequency": 158, "density": 1.225}

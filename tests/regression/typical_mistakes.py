@@ -76,6 +76,31 @@ def forces_to_millinewtons(folder):
     run("seal bending.h5", folder)
 
 
+def in_wing(folder, dataset, place, value):
+    """wing.h5 with another value at a place of a dataset."""
+    with h5py.File(folder / "wing.h5", "r+") as file:
+        file[dataset][place] = value(file[dataset][place]) if callable(value) else value
+    run("seal wing.h5", folder)
+
+
+def missing_corner(folder):
+    in_wing(folder, "triangles", (3, 0), 9999)
+
+
+def diameters_to_micrometres(folder):
+    in_wing(folder, "veins/C/diameters", slice(None), lambda diameters: diameters * 1e6)
+
+
+def points_to_millimetres(folder):
+    in_wing(folder, "points", slice(None), lambda points: points * 1e3)
+
+
+def sd_to_micrometres(folder):
+    with h5py.File(folder / "bending.h5", "r+") as file:
+        file["accuracy"].attrs["height"] = 10.0
+    run("seal bending.h5", folder)
+
+
 def earlier_run(folder):
     run("flusi fly.ini", folder)
     (folder / "fly2.ini").write_text((folder / "fly.ini").read_text())
@@ -92,6 +117,9 @@ MISTAKES = (
     Mistake("the wing file is not there", FLY, change("wing.h5", "wings.h5")),
     Mistake("the kinematics file is not there", FLY, change("kinematics/calliphora.ini", "kinematics/bee.ini")),
     Mistake("a measurement in place of a wing", FLY, change("file = wing.h5", "file = bending.h5")),
+    Mistake("a triangle of the wing file names a point that is not there", FLY, before=missing_corner),
+    Mistake("the wing file has its points in mm", FLY, before=points_to_millimetres),
+    Mistake("the wing file has diameters in um", FLY, before=diameters_to_micrometres),
     Mistake("an input of another program", "flusi train.ini --check"),
     Mistake("the input of a flight for training", "msm_train fly.ini --check"),
     Mistake("the input of a training for diagnosis", "msm_diagnose train.ini --check"),
@@ -120,11 +148,16 @@ MISTAKES = (
     Mistake("the measurement is not there", TRAIN, change("bending.h5", "bendings.h5", "train.ini")),
     Mistake("a joint that the wing does not have", TRAIN, change("joint:C_Sc", "joint:C_Sd", "train.ini")),
     Mistake("the box of a parameter is upside down", TRAIN, change("E, joint:C_Sc", "E 5e10 1e9 log", "train.ini")),
+    Mistake("the bounds of E in MPa", TRAIN, change("E, joint:C_Sc", "E 1e3 1e5 log", "train.ini"), code=0),
     Mistake("the maps of heights have their axes in mm", TRAIN, before=to_millimetres),
     Mistake("heights in mm", TRAIN, before=heights_to_millimetres),
+    Mistake("the sd of heights in um", TRAIN, before=sd_to_micrometres),
     Mistake("forces in mN", TRAIN, before=forces_to_millinewtons),
     Mistake("a wing in place of a measurement", TRAIN, change("file = bending.h5", "file = wing.h5", "train.ini")),
     Mistake("a misspelt key of the diagnosis", "msm_diagnose diagnose.ini --check", change("starts", "start", "diagnose.ini")),
+    Mistake("a flight that the diagnosis does not need", "msm_diagnose diagnose.ini --check",
+            change("[Diagnose]", "[Flight]\nfile = fly.ini;\n[Diagnose]", "diagnose.ini"), code=0),
+    Mistake("a folder in place of a diagnosis", "plot_diagnosis ."),
     Mistake("the outline is open", "make_wing drawing.svg -o new.h5", change(" Z\"", "\"", "drawing.svg")),
     Mistake("the drawing has no scale", "make_wing drawing.svg -o new.h5", change("scale 1 mm", "bar", "drawing.svg")),
     Mistake("the drawing has no root", "make_wing drawing.svg -o new.h5", change("root", "base", "drawing.svg")),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Callable
 
 from flusi_msm.project_python import PACKAGES, stop_without
@@ -33,6 +34,13 @@ class Problems:
         """Raises an InputError that lists all mistakes, if there is one."""
         if self.errors:
             raise InputError("\n".join(self.errors))
+
+
+def check_folder(*paths: str | Path | None) -> None:
+    """Raises an InputError if a file to be written is in a folder that does not exist, before anything is computed for it."""
+    for path in paths:
+        if path is not None and not Path(path).parent.is_dir():
+            raise InputError(f"{path}: cannot be written: there is no folder {Path(path).parent}")
 
 
 def run_command(name: str, main: Callable[[], None]) -> None:

@@ -15,6 +15,7 @@ from flusi_msm.errors import InputError, run_command
 
 LENGTH = 64
 MARK = b"\nflusi-msm seal 1 crc32 "
+HDF5 = b"\x89HDF\r\n\x1a\n"  # first bytes of an HDF5 file
 
 
 def split(data: bytes) -> tuple[bytes, bytes | None]:
@@ -38,9 +39,12 @@ def check_seal(path: str | Path) -> bool:
 
 
 def write_seal(path: str | Path) -> None:
-    """Seals a closed file; raises an InputError for a damaged one."""
+    """Seals a closed file; raises an InputError for a damaged one, and for a file that is not HDF5, which a seal would spoil."""
     if not check_seal(path):
-        seal = seal_of(Path(path).read_bytes())
+        data = Path(path).read_bytes()
+        if not data.startswith(HDF5):
+            raise InputError(f"{path}: is not an HDF5 file; only wing and measurement files have a seal")
+        seal = seal_of(data)
         with open(path, "ab") as file:
             file.write(seal)
 

@@ -9,7 +9,7 @@ module fluid_mean_keys
   use io_keys, only: keys_t
   implicit none
   private
-  public :: mean_params_t, mean_keys, fix_mean_flow, MEAN_FREE, MEAN_FIXED, MEAN_SINUSOIDAL, MEAN_DYNAMIC
+  public :: mean_params_t, mean_keys, fix_mean_flow, drop_idle_velocity, MEAN_FREE, MEAN_FIXED, MEAN_SINUSOIDAL, MEAN_DYNAMIC
 
   character(*), parameter :: AXES = 'xyz'
 
@@ -66,4 +66,22 @@ contains
       p%kind(i) = MEAN_FIXED
     end do
   end subroutine fix_mean_flow
+
+  !> Sets to 0 the components of the velocity that nothing gives to the fluid, so that no number of the run refers to a wind that
+  !> does not blow: for a flow that does not begin with the velocity of [MeanFlow], those that no kind prescribes. Adds a notice
+  !> if the user gives such a component.
+  subroutine drop_idle_velocity(c, p, notices)
+    type(config_t), intent(in) :: c
+    type(mean_params_t), intent(inout) :: p
+    type(message_list_t), intent(inout), optional :: notices
+    integer :: i
+    do i = 1, 3
+      if (.not. any(p%kind(i) == [MEAN_FREE, MEAN_DYNAMIC])) cycle
+      if (present(notices) .and. p%has_velocity(i) .and. abs(p%velocity(i)) > 0) &
+        call c%complain(notices, 'MeanFlow', 'u'//AXES(i:i), 'has no effect: with this inicond the flow begins without a wind, '// &
+                        'and iMeanFlow_'//AXES(i:i)//' does not hold one; for a wind set [InitialCondition] inicond = '// &
+                        'MeanFlow, or iMeanFlow_'//AXES(i:i)//' = fixed')
+      p%velocity(i) = 0
+    end do
+  end subroutine drop_idle_velocity
 end module fluid_mean_keys

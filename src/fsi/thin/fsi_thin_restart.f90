@@ -3,7 +3,7 @@
 !> the loads in the last step, which the next step and the records need, and the shapes for which the response of the flow was made.
 module fsi_thin_restart
   use base_errors, only: failure_t
-  use base_kinds, only: rp
+  use base_kinds, only: i8, rp
   use base_text, only: number_text
   use base_visitor, only: visitor_t
   use fsi_flapping_wings, only: flapping_wings_t
@@ -14,10 +14,11 @@ module fsi_thin_restart
   use io_checkpoint_values, only: checkpoint_loader_t, checkpoint_saver_t
   implicit none
   private
-  public :: save_thin_wings, load_thin_wings, has_thin_wings
+  public :: save_thin_wings, mark_without_markers, load_thin_wings, has_thin_wings
 
   character(*), parameter :: PREFIX = 'marker_'
   character(*), parameter :: EARLIER = 'marker_slip' !< a table that only earlier versions write
+  character(*), parameter :: WITHOUT = 'markers_are_unknown' !< mark of a checkpoint after a step that failed
   character(*), parameter :: LATEST = 'marker_velocities' !< numbers that earlier versions do not write
 
 contains
@@ -36,6 +37,13 @@ contains
     call saver%begin(writer, PREFIX)
     call visit_step(saver, wings, thin)
   end subroutine save_thin_wings
+
+  !> Marks an open checkpoint of wings without thickness whose markers do not belong to a whole step: a run that continues from it
+  !> begins with markers without forces, as a new run does. Collective.
+  subroutine mark_without_markers(writer)
+    type(checkpoint_writer_t), intent(inout) :: writer
+    call writer%put_integer(WITHOUT, 1_i8)
+  end subroutine mark_without_markers
 
   !> Returns the last forces of a wing along its frame (3, n), or, with `given` forces along the frame, along the axes of its file.
   pure function along_frame(wing, given) result(force)
@@ -59,7 +67,8 @@ contains
     end do
   end subroutine visit_step
 
-  !> Restores forces, loads and responses. Fails if the checkpoint has no wings without thickness, or different ones. Collective.
+  !> Restores forces, loads and responses; they stay as they are if the checkpoint is marked. Fails if the
+  !> checkpoint has no wings without thickness, or different ones. Collective.
   subroutine load_thin_wings(reader, wings, thin, failure)
     type(checkpoint_reader_t), intent(inout), target :: reader
     type(flapping_wings_t), intent(inout) :: wings
@@ -69,6 +78,7 @@ contains
     real(rp), allocatable :: numbers(:)
     integer :: i
     logical :: has_factor(size(thin%wings))
+    if (reader%has(WITHOUT)) return
     if (.not. has_thin_wings(reader)) then
       call failure%raise('the checkpoint has no wings without thickness: set [Insects] surface as in the run that wrote it')
       return

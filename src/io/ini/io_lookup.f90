@@ -93,8 +93,8 @@ contains
     text = what_is_wrong('key', key, text)
     if (len(elsewhere) > 0) text = text//', it belongs to '//elsewhere(5:)
     if (len(choices) > 0) text = text//'; valid: '//choices(4:)
-    call errors%add(file//':'//number_text(line)//': ['//section//'] '//printable(key, 60)//': '//text// &
-                    suggestion%hint())
+    if (len(elsewhere) == 0) text = text//suggestion%hint() ! a name that another section has is no misspelling
+    call errors%add(file//':'//number_text(line)//': ['//section//'] '//printable(key, 60)//': '//text)
   end subroutine report_unknown_key
 
   !> Returns the beginning of a message about an unknown name.

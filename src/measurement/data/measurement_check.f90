@@ -33,10 +33,7 @@ contains
     logical :: is_comparable
     integer :: i, l
     root = sum(wing%points(:, wing%root), 2)/size(wing%root)
-    length = 0
-    do i = 1, size(wing%points, 2)
-      length = max(length, norm2(wing%points(:, i) - root))
-    end do
+    length = sqrt(maxval(sum((wing%points - spread(root, 2, size(wing%points, 2)))**2, 1)))
     call check_orders(m, report)
     if (m%count_modes() > 0) call check_modes(m%modes, wing, length, report)
     if (m%count_series() > 0) call check_series(m%series, wing, length, report)
@@ -50,6 +47,8 @@ contains
       if (.not. is_on_wing(m%observations(i)%point)) &
         call report%add('/points/'//m%observations(i)%name, 'attribute point: '//off_wing(m%observations(i)%point))
     end do
+    if (m%accuracy%height > length) call report%add('/accuracy', 'attribute height, the sd of a height, is '// &
+      number_text(m%accuracy%height)//' m, and the wing is '//number_text(rounded(length, 3))//' m long; is it in metres?')
     if (size(m%x) < 2 .or. size(m%y) < 2) return
     if (size(wing%triangles) == 0) then
       call report%add('/reference', 'heights can only be compared with a wing that has triangles; use /points')

@@ -6,13 +6,14 @@ module common_wing_doubts
   use base_errors, only: message_list_t
   use base_kinds, only: rp
   use base_magnitude, only: magnitude_doubt, rounded
+  use base_text, only: number_text
   use common_wing_keys, only: mass_choices_t
   use io_config, only: config_t
   use solid_wing, only: wing_t, MEMBRANE_UNIFORM, MEMBRANE_UNSTATED
   use solid_wing_case, only: wing_case_t
   implicit none
   private
-  public :: notice_assumptions, notice_magnitudes, check_size, print_notices
+  public :: notice_assumptions, notice_magnitudes, check_size, print_notices, size_hint
 
   character(*), parameter :: PAPER = 'Truong et al.'
   !> These are the ranges of insects, with a decade of room.
@@ -136,4 +137,15 @@ contains
       end if
     end subroutine check_one
   end subroutine check_size
+
+  !> Returns a question about the unit of the points, to put before a message, if the wing is too large for an insect; otherwise ''.
+  function size_hint(wing) result(hint)
+    type(wing_t), intent(in) :: wing
+    character(:), allocatable :: hint
+    real(rp) :: extent
+    hint = ''
+    extent = maxval(maxval(wing%points, 2) - minval(wing%points, 2))
+    if (extent > IMPOSSIBLE*LONGEST) hint = 'the wing is '//number_text(rounded(extent, 3))// &
+                                            ' m long: are its points in metres? If they are, '
+  end function size_hint
 end module common_wing_doubts

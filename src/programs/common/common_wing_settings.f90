@@ -7,7 +7,7 @@ module common_wing_settings
   use base_named_kinds, only: word_of
   use base_parameter, only: parameter_t
   use base_text, only: next_word, number_text, parse_real, quoted
-  use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes
+  use common_wing_doubts, only: check_size, notice_assumptions, notice_magnitudes, size_hint
   use common_wing_effects, only: effect_without_site, take_effect_sites
   use common_wing_keys, only: mass_choices_t, read_damping_keys, read_mass_keys, read_wing_keys, wing_choices_t, CROSS_PRESET, &
                               CROSS_YES, OWN_KEYS, WING_PAPER
@@ -20,7 +20,7 @@ module common_wing_settings
   use solid_mass, only: lump_mass
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, membrane_note, solid_params_t
-  use solid_wing, only: MEMBRANE_BILINEAR, MEMBRANE_UNSTATED, SIDE_UNSTATED, Z_SIDES
+  use solid_wing, only: wing_t, MEMBRANE_BILINEAR, MEMBRANE_UNSTATED, SIDE_UNSTATED, Z_SIDES
   use solid_wing_case, only: wing_case_t
   use solid_wing_file, only: read_wing, load_shared_wing => load_wing
   use solid_wing_fingerprint, only: wing_fingerprint, FINGERPRINT_LENGTH
@@ -43,6 +43,7 @@ contains
     type(failure_t) :: failure
     type(wing_choices_t) :: choices
     type(mass_choices_t) :: mass
+    type(wing_t) :: none
     real(rp) :: centre(3)
     integer :: n_before
     found = .false.
@@ -55,7 +56,10 @@ contains
     if (.not. choices%has_file) return
     n_before = errors%count()
     call read_file(config, choices%file, s, errors, world)
-    if (errors%count() > n_before) return
+    if (errors%count() > n_before) then
+      s%wing = none ! a wing with mistakes may name points that do not exist
+      return
+    end if
     call take_z_side(config, choices%z_side, s, notices)
     s%fingerprint = wing_fingerprint(s%wing)
     call check_size(config, [choices%length, choices%mean_chord], s%wing, errors, notices)
@@ -196,6 +200,7 @@ contains
     type(wing_case_t), intent(inout) :: s
     type(message_list_t), intent(inout) :: errors, notices
     type(message_list_t) :: messages
+    character(:), allocatable :: hint
     integer :: i
     s%material = choices%material
     if (.not. choices%has_vein_density .and. s%wing%mass%vein_density > 0) s%material%vein_density = s%wing%mass%vein_density
@@ -209,11 +214,12 @@ contains
     s%material%weights(2:) = s%material%weights(2:)/s%scale ! the law belongs to the unscaled wing
     call lump_mass(s%wing, s%material, s%mass, messages)
     s%has_mass = messages%count() == 0
+    hint = size_hint(s%wing)
     do i = 1, messages%count()
       if (needs_mass) then
-        call c%complain(errors, 'Mass', 'membrane_law', messages%text(i))
+        call c%complain(errors, 'Mass', 'membrane_law', hint//messages%text(i))
       else
-        call notices%add(messages%text(i)//'; the mass is not reported')
+        call notices%add(hint//messages%text(i)//'; the mass is not reported')
       end if
     end do
   end subroutine take_mass

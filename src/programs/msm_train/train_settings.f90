@@ -257,13 +257,19 @@ contains
     end function origin
   end subroutine settle_choices
 
-  !> If E is free, adds a notice for each joint that is neither free nor given. Such a joint keeps the stiffness of a vein with the
-  !> E of [Wing].
+  !> If E is free, adds a notice if its bounds exclude the value of [Wing], and one for each joint that is neither free nor given.
+  !> Such a joint keeps the stiffness of a vein with the E of [Wing].
   subroutine add_notices(s, notices)
     type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
     integer :: i, number
-    if (.not. any(s%free_parameters%numbers == PARAM_YOUNG)) return
+    i = findloc(s%free_parameters%numbers, PARAM_YOUNG, 1)
+    if (i == 0) return
+    associate (young => s%wing_case%requested%young, low => s%free_parameters%lower(i), high => s%free_parameters%upper(i))
+      if (young < low .or. young > high) call s%config%complain(notices, 'Train', 'parameters', 'the bounds of E, '// &
+        number_text(low)//' and '//number_text(high)//' Pa, exclude the E of [Wing], '//number_text(young)// &
+        ' Pa, at which the prior of the fit is centred; are they in pascals?')
+    end associate
     do i = 1, size(s%wing_case%requested%joint)
       number = N_COMMON + size(s%wing_case%requested%vein_factor) + i
       if (s%wing_case%requested%joint(i) < 0 .and. .not. any(s%free_parameters%numbers == number)) &

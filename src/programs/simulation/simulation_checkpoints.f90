@@ -9,7 +9,7 @@ module simulation_checkpoints
   use fsi_flight_restart, only: has_flight, load_flight, save_flight
   use fsi_pose_restart, only: find_jumps, save_poses
   use fsi_restart, only: has_flexible_wings, load_wings, save_wings
-  use fsi_thin_restart, only: has_thin_wings, load_thin_wings, save_thin_wings
+  use fsi_thin_restart, only: has_thin_wings, load_thin_wings, mark_without_markers, save_thin_wings
   use io_checkpoint, only: checkpoint_reader_t, checkpoint_writer_t
   use io_identity, only: identity_t
   use parallel_world, only: world_t
@@ -36,7 +36,12 @@ contains
     end associate
     if (allocated(parts%wings%flyer)) call save_flight(writer, parts%wings)
     if (allocated(parts%coupler)) call save_wings(writer, parts%wings, parts%coupler)
-    if (allocated(parts%thin) .and. has_markers) call save_thin_wings(writer, parts%wings, parts%thin)
+    if (.not. allocated(parts%thin)) return
+    if (has_markers) then
+      call save_thin_wings(writer, parts%wings, parts%thin)
+    else
+      call mark_without_markers(writer)
+    end if
   end subroutine put_state
 
   !> Restores the state from the checkpoint at `path`. fsi_pose_restart compares the motions themselves, that is the position and

@@ -4,6 +4,7 @@
 !> docs/formats/wing-format.md lists the rules.
 module solid_wing_check
   use base_kinds, only: rp
+  use base_magnitude, only: rounded
   use base_text, only: number_text, quoted
   use io_arrays, only: is_finite
   use solid_flatness, only: find_flatness
@@ -146,7 +147,7 @@ contains
                         number_text(size(wing%veins(i)%diameters))//' diameters')
       call report%begin(group//'/diameters')
       do k = 1, size(wing%veins(i)%diameters)
-        call check_diameter(wing%veins(i)%diameters(k), report%point(k), report)
+        call check_diameter(wing%veins(i)%diameters(k), diagonal(wing%points), report%point(k), report)
       end do
       call report%finish()
     end do
@@ -159,8 +160,8 @@ contains
   end subroutine check_indices
 
   !> Reports a diameter that no vein can have.
-  subroutine check_diameter(diameter, index, report)
-    real(rp), intent(in) :: diameter
+  subroutine check_diameter(diameter, wing_size, index, report)
+    real(rp), intent(in) :: diameter, wing_size
     character(*), intent(in) :: index
     type(wing_report_t), intent(inout) :: report
     if (.not. is_finite(diameter)) then
@@ -168,6 +169,9 @@ contains
     else if (diameter < THINNEST .or. diameter > LARGEST) then
       call report%found('diameter '//index//' is '//number_text(diameter)//' m; it must lie between '// &
                         number_text(THINNEST)//' and '//number_text(LARGEST))
+    else if (wing_size > 0 .and. diameter > wing_size) then
+      call report%found('diameter '//index//' is '//number_text(rounded(diameter, 3))//' m, and the points extend over '// &
+                        number_text(rounded(wing_size, 3))//' m; are the diameters and the points in metres?')
     end if
   end subroutine check_diameter
 

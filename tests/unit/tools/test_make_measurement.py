@@ -287,6 +287,8 @@ class Experiments(WithFolder):
                 synthesise(self.case(data, *changes))
 
         refused("noise.hight: unknown; did you mean height", BUSY, "noise.hight=1")
+        refused("noise.height = '10um': must be a number, in SI units and without a unit", BUSY, "noise.height=10um")
+        refused("seed = 'x': must be a whole number", BUSY, "seed=x")
         refused("wing: required", {"loads": [[0, 0, 1]]})
         refused("load P01.*not on the wing", BUSY, "loads=[[0.02, 0, 1e-3]]")
         refused("no joint X", BUSY, 'stiffness.joints={"X": 1}')
@@ -302,6 +304,8 @@ class Experiments(WithFolder):
         (self.folder / "broken.json").write_text("{")
         done = self.run_tool("broken.json", "-o", "m.h5", code=2)
         self.assertRegex(done.stderr, "^make_measurement: broken.json: not JSON.*\n$")
+        done = self.run_tool("broken.json", "-o", "gone/m.h5", code=2)
+        self.assertEqual(done.stderr, "make_measurement: gone/m.h5: cannot be written: there is no folder gone\n")
         self.assertFalse((self.folder / "m.h5").exists())
 
 

@@ -228,6 +228,16 @@ class Report(unittest.TestCase):
         self.assertEqual(row.count("not determined"), 2)
         self.assertNotRegex(row, r"\d\d|9\.|1\.6")
 
+    def test_other_files(self):
+        """A folder, a file that is no diagnosis and a file that is not there are told apart."""
+        (self.folder / "wing.h5").write_bytes(b"\x89HDF\r\n")
+        (self.folder / "fly.ini").write_text("[Wing]\n")
+        for name, words in ((".", "is a folder; name the file of a diagnosis in it"), ("wing.h5", "wing.h5: is not JSON; name the file"),
+                            ("fly.ini", "fly.ini: is not JSON; name the file"), ("no.json", "no.json: No such file or directory")):
+            done = run_tool("plot_diagnosis", self.folder / name)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(words, done.stderr)
+
     def test_good_sum_of_squares(self):
         """It says why a good chi^2 can hide a cause where it does so, in numbers, and not where chi^2 is large."""
         self.assertIn("has χ² = 1466.9 for 1463 numbers, and so looks good", self.told())

@@ -298,6 +298,17 @@ class Pictures(InFolder):
         run = run_tool("plot_wing", self.folder / "a.h5")
         self.assertEqual(run.returncode, 2)
         self.assertIn("a.h5: not a readable wing file", run.stderr)
+        run = run_tool("plot_wing", self.folder / "none.h5")
+        self.assertIn("none.h5: not a readable wing file: no such file\n", run.stderr)
+
+    def test_seals_are_for_hdf5(self):
+        """A seal behind the end of a text would spoil it."""
+        path = self.folder / "fly.ini"
+        path.write_text("[Wing]\nfile = wing.h5;\n" * 9)
+        before = path.read_bytes()
+        run = run_tool("seal", path)
+        self.assertEqual((run.returncode, path.read_bytes()), (2, before))
+        self.assertIn("fly.ini: is not an HDF5 file", run.stderr)
 
 
 class Import(InFolder):

@@ -45,10 +45,14 @@ LIMIT = 4.0  # sd, of the colours of residuals
 
 def read(path: Path) -> tuple[dict[str, Any], Loads, dict[str, np.ndarray]]:
     """Reads the JSON file, and the tables of the HDF5 file in the same folder."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; name the file of a diagnosis in it, for instance {path / 'diagnosis.json'}")
     try:
         diagnosis = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    except ValueError:
+        raise InputError(f"{path}: is not JSON; name the file NAME.json that msm_diagnose writes") from None
     diagnosis = upgraded(diagnosis, path)
     loads, unknown = {}, {}
     tables = path.with_suffix(".h5")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from flusi_msm.errors import InputError
+from flusi_msm.errors import InputError, check_folder
 
 
 def make_part(description: str | None, suffix: str, added: str, example: str,
@@ -27,6 +27,7 @@ def make_part(description: str | None, suffix: str, added: str, example: str,
     parser.add_argument("--set", dest="changes", metavar="KEY=VALUE", action="append", default=[],
                         help=f"change a key of the case, such as {example}")
     options = parser.parse_args()
+    check_folder(options.output, options.truth)
     read_case, synthesise, write = load()
     case = read_case(options.case, options.changes)
     part, truth = synthesise(case)

@@ -15,6 +15,8 @@ from flusi_msm.errors import InputError
 
 Described = TypeVar("Described")  # a dataclass
 NAMED = ("E_wave", "one_way")  # keys whose first value is a name
+WORDS = {float: "a number, in SI units and without a unit", int: "a whole number", bool: "true or false", str: "a text", tuple: "a list",
+         list: "a list", dict: "a section {...}"}
 
 
 def read_json(path: str | Path, changes: Sequence[str] = (), drop: Sequence[str] = ()) -> Any:
@@ -91,7 +93,7 @@ def convert(owner: type[Any], key: str, value: Any, name: str) -> Any:
         raise InputError(f"{name} = {value!r}: holds what is no number")
     if kind in (int, bool, str, dict, list) and type(value) is kind:
         return value
-    raise InputError(f"{name} = {value!r}: must be {'a list' if kind is tuple else kind.__name__}")
+    raise InputError(f"{name} = {value!r}: must be {WORDS.get(kind, kind)}")
 
 
 def is_number(value: object) -> bool:

@@ -16,7 +16,7 @@ import json
 from pathlib import Path
 
 import flusi_msm.one_thread  # noqa: F401  (before numpy)
-from flusi_msm.errors import InputError, run_command
+from flusi_msm.errors import InputError, check_folder, run_command
 
 
 def main() -> None:
@@ -34,6 +34,7 @@ def main() -> None:
                                                             "that is planned, for msm_diagnose --plan")
     parser.add_argument("--quiet", action="store_true", help="print nothing")
     options = parser.parse_args()
+    check_folder(options.output, options.truth)
     changes = options.changes + [f"{key}={value}" for key, value in (("seed", options.seed), ("refine", options.refine))
                                  if value is not None]
     from flusi_msm.measurement.case import read_case

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from flusi_msm.errors import InputError, Problems, run_command
+from flusi_msm.errors import InputError, Problems, check_folder, run_command
 from flusi_msm.magnitude import AREAL, DIAMETERS, magnitude_doubt
 from flusi_msm.wing.file import Z_SIDES, Wing, WingMass, add_z_side, write_wing
 from flusi_msm.wing.mesh import default_edge, mesh_wing, missing_edges
@@ -145,6 +145,7 @@ def make_from_drawing(arguments: list[str]) -> None:
         value = getattr(options, name)
         if value is not None and not 0 < value < 1e30:
             parser.error(f"--{name.replace('_', '-')} must be positive")
+    check_folder(options.output)
     problems = Problems()
     sketch = read_sketch(options.drawing, problems, options)
     wing = traced_wing(sketch, problems, options.edge and options.edge * MM, options.snap and options.snap * MM, options.mesher)

@@ -190,6 +190,8 @@ def read_wing(path: str | Path) -> Wing:
                                 text(file.attrs["mass_source"]), (one, x, y),
                                 float(file.attrs.get("vein_density", 1300.0)))
             title, z_side = (text(file.attrs.get(name, "")) for name in ("title", "z_side"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: not a readable wing file: no such file") from None
     except (OSError, KeyError, AttributeError, TypeError) as error:
         raise InputError(f"{path}: not a readable wing file: {error}") from None
     every = [i for nodes, _ in veins.values() for i in nodes] + [int(i) for i in triangles.ravel()] + root

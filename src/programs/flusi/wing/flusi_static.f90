@@ -149,6 +149,8 @@ contains
         write (unit, '(es10.1,i9,i7,f14.5,f13.5,f10.1)') r%residual, r%factorisations, r%snaps, MM*row%at_load, &
           MM*row%tip(3), 1000*row%seconds
         if (r%was_repeated) write (unit, '(a)') '     found with finer settings, because the usual path did not reach the full load'
+        if (row%largest > 2*settings%wing_case%model%size) write (unit, '(a,g0.4,a)') '     a point moves by ', MM*row%largest, &
+          ' mm, more than twice the length of the wing, which is therefore stretched: is the force in newtons?'
       else
         write (unit, '(a10,i9,i7,a14,a13,f10.1)') '-', r%factorisations, r%snaps, '-', '-', 1000*row%seconds
         write (unit, '(a)') '     failed: '//r%reason

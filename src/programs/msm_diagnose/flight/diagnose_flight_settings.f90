@@ -51,6 +51,7 @@ contains
     real(rp) :: prior_sd(N_CHANGES)
     integer :: k
     has_records = measurement%count_flights() > 0
+    if (.not. (has_records .or. c%compare)) call notice_idle_case(config, c, notices)
     if (.not. (has_records .or. c%compare)) return
     if (has_records .and. c%compare) call config%complain(errors, 'Flight', 'compare', &
       'must be left out: with /flight both flights are always compared')
@@ -97,6 +98,15 @@ contains
     data%has_records = .true.
     data%effects = c%effects
   end subroutine load_flights
+
+  !> Adds a notice if the input names a case, which neither a record nor a comparison needs.
+  subroutine notice_idle_case(config, c, notices)
+    type(config_t), intent(in) :: config
+    type(flight_choices_t), intent(in) :: c
+    type(message_list_t), intent(inout) :: notices
+    if (c%file /= '') call config%complain(notices, 'Flight', 'file', 'has no effect: the measurement has no records in '// &
+      '/flight; compare = yes flies this case with both wings')
+  end subroutine notice_idle_case
 
   !> Takes the records that a case simulates. Mistakes go to `errors` and remarks to `notices`, with the path of the case if there
   !> are several cases. Collective.

@@ -55,10 +55,14 @@ contains
       if (present(thin)) call print_markers(unit, settings, thin)
       if (present(restart_time)) then
         write (unit, '(a,g0.6,a,i0)') 'restart   at t = ', restart_time, ', step ', fluid%rhs%state%step
+        if (restart_time >= p%time%t_max .or. fluid%rhs%state%step >= p%time%nt) write (unit, '(a)') &
+          '          this is the end of the run: to go on, increase [Time] Tmax, or nt if the input gives it'
       else
         write (unit, '(a,a)') 'start     ', p%initial%word
       end if
-      write (unit, '(a,g0.6,a,a)') 'end       t = ', p%time%t_max, ', ', word_of(SCHEMES, p%time%scheme)
+      write (unit, '(a,g0.6,a)', advance='no') 'end       t = ', p%time%t_max, ', '
+      if (p%time%has_nt) write (unit, '(a,i0,a)', advance='no') 'or step ', p%time%nt, ', '
+      write (unit, '(a)') word_of(SCHEMES, p%time%scheme)
     end associate
     flush (unit)
   end subroutine print_run_header

@@ -155,9 +155,10 @@ contains
     if (source%length > 0) call config%complain(errors, 'Insects', 'wing_length', &
                                             'contradicts wings = flexible, whose file is in metres; set [units] length')
     if (.not. has_file) &
-      call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file. FLUSI''s *.dat files in '// &
-                           'this folder do not state their unit (metres) and vein diameters (um); make a wing file from them: '// &
-                           'tools/import_flusi_mesh . wing.h5 --unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP; '// &
+      call config%complain(errors, 'Wing', 'file', 'is missing: wings = flexible need a wing file; take one of the folder '// &
+                           'wings, or make one from a drawing with tools/make_wing, or from FLUSI''s *.dat files, which '// &
+                           'state neither unit nor diameters: tools/import_flusi_mesh . wing.h5 '// &
+                           '--unit METRES --root-vein D_ROOT D_TIP --vein D_ROOT D_TIP; '// &
                            'then [Wing] file = wing.h5, [units] length, frequency, density')
   end subroutine check_flexible
 
