@@ -6,7 +6,7 @@ usage: flusi_wing.py <flusi> <h5dump> [tests]
 """
 import re
 
-from whole_program import EXIT_USER, SOURCE, check, close, main, merged, no_crash, same_runs
+from whole_program import EXIT_USER, SOURCE, check, close, main, merged, no_crash, ring, same_runs
 
 ROUND_OFF = 1e-12
 LAST_DIGIT = 2e-8  # series hold nine digits
@@ -207,7 +207,7 @@ def test_notices(case):
 
 
 def test_no_wind(case):
-    """A flow that begins at rest and that nothing holds has no wind: neither in the numbers at the start nor in the drag."""
+    """A flow that begins at rest and that nothing holds has no wind in the numbers at the start."""
     calm = merged(WING, {"InitialCondition": {"inicond": "quiescent"}, "Time": {"nt": 1}})
     calm.pop("MeanFlow")
     case.write("beat.ini", BEAT)
@@ -218,14 +218,38 @@ def test_no_wind(case):
     for wind in ({"ux": 2.0, "iMeanFlow_x": "fixed"}, {"ux": 0.0}):
         case.write("run.ini", merged(calm, {"MeanFlow": wind}))
         check("has no effect" not in case.run("run.ini", "--check", ranks=0).err, f"{wind} is not doubted")
+    dynamic = case.sub("dynamic")
+    noticed(dynamic, merged(calm, {"MeanFlow": {"ux": 2.0, "iMeanFlow_x": "dynamic"}}), r"for a wind set .*inicond = MeanFlow\n")
+
+
+def test_wind_of_a_checkpoint(case):
+    """A run that continues a flow at rest has no wind either, unless its input gives one."""
+    calm = merged(WING, {"InitialCondition": {"inicond": "quiescent"}, "Time": {"nt": 1}})
+    calm.pop("MeanFlow")
+    make(case, calm)
+    on = merged(calm, {"InitialCondition": {"inicond": "backup"}, "Time": {"nt": 2}})
+    case.write("run.ini", on)
+    out = case.run("run.ini").out
+    check(re.search(r"u_inf = 0?\.0+E?[+0]*$", out, re.M), f"there is no wind:\n{out}")
+    case.write("run.ini", merged(on, {"MeanFlow": {"ux": 2.0}}))
+    check("has no effect" not in case.run("run.ini", "--check", ranks=0).err, "a wind that is given is not doubted")
+
+
+def test_wind_of_a_ring(case):
+    """A vortex ring begins with the velocity of [MeanFlow], and keeps it where there is no solid."""
+    case.write("run.ini", ring(Time={"nt": 2}, MeanFlow={"ux": 1.0}))
+    done = case.run("run.ini")
+    check("has no effect" not in done.out + done.err, f"the wind is not doubted:\n{done.out}{done.err}")
+    for row in case.series("meanflow.t").rows:
+        close(row[1:4], [1.0, 0.0, 0.0], LAST_DIGIT, "the mean flow")
 
 
 def test_no_end(case):
     """A run that would never end is told; a number of steps is an end."""
     endless = merged(WING, {"Time": {"Tmax": None, "nt": None}})
-    noticed(case, endless, r"\[Time\] Tmax: is not given, nor is nt: the run ends only when you stop it")
+    noticed(case, endless, r"\[Time\] Tmax: neither Tmax nor nt is given: nothing but the wall time or you will stop")
     case.write("run.ini", merged(endless, {"Time": {"nt": 7}}))
-    check("you stop it" not in case.run("run.ini", "--check", ranks=0).err, "nt is an end")
+    check("neither Tmax" not in case.run("run.ini", "--check", ranks=0).err, "nt is an end")
 
 
 def test_magnitudes(case):

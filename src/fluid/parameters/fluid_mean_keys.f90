@@ -69,18 +69,22 @@ contains
 
   !> Sets to 0 the components of the velocity that nothing gives to the fluid, so that no number of the run refers to a wind that
   !> does not blow: for a flow that does not begin with the velocity of [MeanFlow], those that no kind prescribes. Adds a notice
-  !> if the user gives such a component.
-  subroutine drop_idle_velocity(c, p, notices)
+  !> if the user gives such a component. A flow from a checkpoint, `continues`, keeps the components that the user gives, since it
+  !> may have begun with them.
+  subroutine drop_idle_velocity(c, p, continues, notices)
     type(config_t), intent(in) :: c
     type(mean_params_t), intent(inout) :: p
+    logical, intent(in) :: continues
     type(message_list_t), intent(inout), optional :: notices
+    character(:), allocatable :: cure
     integer :: i
     do i = 1, 3
-      if (.not. any(p%kind(i) == [MEAN_FREE, MEAN_DYNAMIC])) cycle
+      if (.not. any(p%kind(i) == [MEAN_FREE, MEAN_DYNAMIC]) .or. (continues .and. p%has_velocity(i))) cycle
+      cure = '[InitialCondition] inicond = MeanFlow'
+      if (p%kind(i) == MEAN_FREE) cure = cure//', or iMeanFlow_'//AXES(i:i)//' = fixed'
       if (present(notices) .and. p%has_velocity(i) .and. abs(p%velocity(i)) > 0) &
         call c%complain(notices, 'MeanFlow', 'u'//AXES(i:i), 'has no effect: with this inicond the flow begins without a wind, '// &
-                        'and iMeanFlow_'//AXES(i:i)//' does not hold one; for a wind set [InitialCondition] inicond = '// &
-                        'MeanFlow, or iMeanFlow_'//AXES(i:i)//' = fixed')
+                        'and iMeanFlow_'//AXES(i:i)//' does not hold one; for a wind set '//cure)
       p%velocity(i) = 0
     end do
   end subroutine drop_idle_velocity

@@ -4,7 +4,8 @@
 module fluid_params
   use base_errors, only: message_list_t
   use base_kinds, only: rp
-  use fluid_initial_keys, only: check_initial, initial_keys, initial_params_t, FLOW_BACKUP, FLOW_BACKUP_FILE, FLOW_FILES, FLOW_MEAN
+  use fluid_initial_keys, only: check_initial, initial_keys, initial_params_t, FLOW_BACKUP, FLOW_BACKUP_FILE, FLOW_FILES, &
+                                FLOW_MEAN, FLOW_RING
   use fluid_mean_keys, only: drop_idle_velocity, fix_mean_flow, mean_keys, mean_params_t, MEAN_FIXED, MEAN_FREE
   use fluid_resolution_keys, only: check_resolution, dealiasing_keys, notice_slow_sizes, resolution_keys, resolution_t
   use fluid_shapes, only: NO_SHAPE
@@ -97,10 +98,8 @@ contains
     call fix_mean_flow(config, params%mean, errors)
     if (params%walls%has_inflow) call set_channel_flow(config, params, errors)
     if (params%walls%channel == CHANNEL_NONE .and. &
-        .not. any(params%initial%flow == [FLOW_MEAN, FLOW_FILES, FLOW_BACKUP, FLOW_BACKUP_FILE])) &
-      call drop_idle_velocity(config, params%mean, notices)
-    if (present(notices) .and. .not. (config%is_given('Time', 'Tmax') .or. params%time%has_nt)) &
-      call config%complain(notices, 'Time', 'Tmax', 'is not given, nor is nt: the run ends only when you stop it')
+        .not. any(params%initial%flow == [FLOW_MEAN, FLOW_RING, FLOW_FILES])) &
+      call drop_idle_velocity(config, params%mean, any(params%initial%flow == [FLOW_BACKUP, FLOW_BACKUP_FILE]), notices)
     call check_fixed_step(config, params, errors)
   end subroutine read_fluid_params
 

@@ -37,6 +37,9 @@ contains
       call errors%add(problem)
     else
       call load_settings(text, command%ini, command%flusi_compat, settings, errors, notices, world)
+      if (errors%count() == 0 .and. .not. (settings%config%is_given('Time', 'Tmax') .or. settings%fluid%time%has_nt)) &
+        call settings%config%complain(notices, 'Time', 'Tmax', 'neither Tmax nor nt is given: nothing but the wall time or '// &
+                                      'you will stop the run')
       ! A dry run reports which numbers of ranks are possible.
       if (present(world) .and. errors%count() == 0 .and. command%action /= ACTION_DRY_RUN) &
         call check_ranks(world, settings, errors)
