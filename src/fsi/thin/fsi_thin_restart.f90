@@ -80,7 +80,8 @@ contains
     logical :: has_factor(size(thin%wings))
     if (reader%has(WITHOUT)) return
     if (.not. has_thin_wings(reader)) then
-      call failure%raise('the checkpoint has no wings without thickness: set [Insects] surface as in the run that wrote it')
+      call failure%raise('the checkpoint has no wings without thickness: set [Insects] surface as in the run that wrote '// &
+                         'it, or it is a failed_backup.h5 of an earlier version: give a periodic backup')
       return
     else if (reader%has(EARLIER) .or. .not. reader%has(LATEST)) then
       call failure%raise('an earlier version of flusi-msm wrote the wings without thickness of the checkpoint: restart with '// &
@@ -120,9 +121,9 @@ contains
     if (loader%failure%failed) call failure%raise(loader%failure%reason)
   end subroutine load_thin_wings
 
-  !> Tells whether an open checkpoint holds wings without thickness.
+  !> Tells whether an open checkpoint is one of wings without thickness, with or without the state of their markers.
   logical function has_thin_wings(reader)
     type(checkpoint_reader_t), intent(inout) :: reader
-    has_thin_wings = reader%has('marker_forces')
+    has_thin_wings = reader%has('marker_forces') .or. reader%has(WITHOUT)
   end function has_thin_wings
 end module fsi_thin_restart
