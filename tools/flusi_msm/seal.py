@@ -11,11 +11,12 @@ import argparse
 import zlib
 from pathlib import Path
 
+import h5py
+
 from flusi_msm.errors import InputError, run_command
 
 LENGTH = 64
 MARK = b"\nflusi-msm seal 1 crc32 "
-HDF5 = b"\x89HDF\r\n\x1a\n"  # first bytes of an HDF5 file
 
 
 def split(data: bytes) -> tuple[bytes, bytes | None]:
@@ -41,10 +42,9 @@ def check_seal(path: str | Path) -> bool:
 def write_seal(path: str | Path) -> None:
     """Seals a closed file; raises an InputError for a damaged one, and for a file that is not HDF5, which a seal would spoil."""
     if not check_seal(path):
-        data = Path(path).read_bytes()
-        if not data.startswith(HDF5):
+        if not h5py.is_hdf5(path):
             raise InputError(f"{path}: is not an HDF5 file; only wing and measurement files have a seal")
-        seal = seal_of(data)
+        seal = seal_of(Path(path).read_bytes())
         with open(path, "ab") as file:
             file.write(seal)
 

@@ -262,13 +262,18 @@ contains
   subroutine add_notices(s, notices)
     type(train_settings_t), intent(in) :: s
     type(message_list_t), intent(inout) :: notices
+    character(:), allocatable :: name, role
     integer :: i, number
     i = findloc(s%free_parameters%numbers, PARAM_YOUNG, 1)
     if (i == 0) return
+    name = 'the E of [Wing]'
+    if (.not. s%config%is_given('Wing', 'E')) name = 'the default E'
+    role = ''
+    if (s%polish) role = ', at which the prior of the fit is centred'
     associate (young => s%wing_case%requested%young, low => s%free_parameters%lower(i), high => s%free_parameters%upper(i))
       if (young < low .or. young > high) call s%config%complain(notices, 'Train', 'parameters', 'the bounds of E, '// &
-        number_text(low)//' and '//number_text(high)//' Pa, exclude the E of [Wing], '//number_text(young)// &
-        ' Pa, at which the prior of the fit is centred; are they in pascals?')
+        number_text(low)//' and '//number_text(high)//' Pa, exclude '//name//', '//number_text(young)// &
+        ' Pa'//role//'; are they in pascals?')
     end associate
     do i = 1, size(s%wing_case%requested%joint)
       number = N_COMMON + size(s%wing_case%requested%vein_factor) + i

@@ -13,7 +13,7 @@ program test_wing_parts
   call t%start(parallel=.false.)
   w%t => t
   call test_veins()
-    call test_diameters()
+  call test_diameters()
   call test_joints()
   call test_root()
   call test_beams()

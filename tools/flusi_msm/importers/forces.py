@@ -100,8 +100,8 @@ def assign(names: Sequence[str], options: argparse.Namespace, problems: Problems
             found[name] = stated[name] if name in stated else (lower[name], 1.0)
             continue
         near = difflib.get_close_matches(name, ["time", *lower], 1)
-        problems.error(f"column {name}: is no component" + (f"; did you mean {lower.get(near[0], near[0])}?" if near else ";")
-                       + f" say what it is with --column {name}=COMPONENT, or --ignore {name}")
+        problems.error(f"column {name}: is no component" + (f"; did you mean {lower.get(near[0], near[0])}? Say" if near else "; say")
+                       + f" what it is with --column {name}=COMPONENT, or --ignore {name}")
     components = [component for component, _ in found.values()]
     for component in sorted({c for c in components if components.count(c) > 1}):
         problems.error(f"{component}: two columns stand for it")
