@@ -32,8 +32,9 @@ SVG = """<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" vie
 INTRODUCTION = """# Typical mistakes
 
 This page shows what the programs and tools answer to typical mistakes. The test `typical_mistakes` makes each of them and compares the
-answers with this page to the letter. A program lists all mistakes of an input at once and ends with exit code 2. It has then computed and
-overwritten nothing. If a number is possible but improbable, the program prints a notice and continues. Answers are shortened at `...`.
+answers with this page to the letter. If there is a mistake, a program lists all mistakes of the input at once and ends with exit code 2. It
+has then computed and overwritten nothing. If a number is possible but improbable, the program prints a notice and continues. Answers are
+shortened at `...`.
 """
 
 
