@@ -22,7 +22,7 @@ contains
     integer :: side, i, first, last
     if (s%measurement%count_series() == 0) return
     associate (motion => simulator%motion%series)
-      allocate (s%series(s%measurement%count_series()), residuals(motion%n), nuisances(motion%n, motion%n_nuisances))
+      allocate (s%series(s%measurement%count_series()), residuals(motion%n), nuisances(motion%n, 2*s%measurement%count_series()))
       do side = 1, 2
         if (side == 1 .or. .not. d%extended%is_found) then
           call motion%evaluate(d%initial_baseline%q, residuals, ok)
@@ -38,11 +38,10 @@ contains
             errors = most_probable(nuisances(first:last, 2*i - 1:2*i), residuals(first:last))
             row%size_error(side) = errors(1)*record%size_sigma/record%size
             row%late(side) = errors(2)*record%trigger_sigma
-            row%rms(side) = norm2(residuals(first:last) + matmul(nuisances(first:last, 2*i - 1:2*i), errors))/ &
-                            sqrt(real(record%count(), rp))
             if (.not. allocated(row%seen)) &
               allocate (row%seen(size(record%values, 1), size(record%values, 2), 2), source=0.0_rp)
             row%seen(:, :, side) = motion%simulation%computed(i, errors)
+            row%rms(side) = norm2(record%in_sd(row%seen(:, :, side) - record%values))/sqrt(real(record%count(), rp))
           end associate
         end do
       end do

@@ -37,9 +37,9 @@ contains
   !> Fits the top candidates without linearisation, corrects their evidence by the error of the linear approximation, and decides
   !> again. It does not fit candidates that are far less probable in the linear approximation, unless other fits have shown this
   !> approximation to be wrong by as much. It fits every candidate that is a part of a fitted one. If most of the misfit remains, it
-  !> fits all candidates until one leaves less. It fits all candidates that the tangents prefer to no cause before an unknown cause or
-  !> several causes become the answer, or if the best effect owes most of its evidence to its fit: the shape of some effects depends
-  !> on their strength. `refits` are the new fits.
+  !> fits all candidates until one leaves less. It fits all candidates that the tangents prefer to no cause before an unknown cause
+  !> or several causes become the answer, or if the best effect owes most of its evidence to its fit: the shape of some effects
+  !> depends on their strength. `refits` are the new fits.
   !> Before, they are those with other nuisances, from which the fits of the same effects begin.
   subroutine refit_top_candidates(simulator, options, model, tests, hypotheses, refits, decision)
     class(simulator_t), intent(inout), target :: simulator
@@ -75,6 +75,8 @@ contains
     type(queue_t), intent(in) :: queue
     type(hypotheses_t), intent(in) :: hypotheses
     integer :: e
+    has = .false.
+    if (size(hypotheses%effect) == 0) return
     e = maxloc(hypotheses%effect, 1)
     has = hypotheses%correction(e) > max(FAR, queue%linear(e))
   end function has_surprise
@@ -274,7 +276,7 @@ contains
       call average_variants(model%design, e, tests%z, best, most, average)
       hypotheses%best(e) = one%candidate
       call hypotheses%correct(e, 0.5_rp*(one%gain - one%linear_gain), one%gain, one%remainder_log_p, &
-                              z + tests%z - alone%left, most - alone%log_evidence)
+                              z + tests%z - alone%left, most - alone%log_evidence, one%found%chi2/tests%scale)
     end associate
   end subroutine apply_refit
 

@@ -84,8 +84,8 @@ contains
   end subroutine make_catalogue
 
   !> Adds the error of D to the baseline where there are natural modes or records. With bending tests alone it is one of the
-  !> nuisances, which act linearly. The phase of a record turns with D. A usual error of D changes it by many times the errors of the
-  !> data, which no tangent follows.
+  !> nuisances, which act linearly. The phase of a record turns with D. A usual error of D changes it by many times the errors of
+  !> the data, which no tangent follows.
   subroutine add_membrane(c, e, numbers, sd)
     type(catalogue_t), intent(inout) :: c
     type(experiment_t), intent(in) :: e

@@ -7,7 +7,7 @@ module diagnosis_flight_data
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t
-  use diagnosis_wing_parameters, only: same_parameter, wing_parameter_t, KIND_FLIGHT, KIND_PARAMETER
+  use diagnosis_wing_parameters, only: same_parameter, wing_parameter_t, KIND_FLIGHT, KIND_MEMBRANE, KIND_PARAMETER
   use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS, PARAM_YOUNG
   implicit none
   private
@@ -50,14 +50,16 @@ module diagnosis_flight_data
 contains
 
   !> Returns how parameter p changes the flights of this case: as a change of all cases or of this one or, where wings bend and have
-  !> other data, as E, D or the thickness of the wing, on which D depends by its third power, or as a further parameter of the
-  !> structure that flights change.
+  !> other data, as E, D, its error or the thickness of the wing, on which D depends by its third power, or as a further parameter of
+  !> the structure that flights change.
   pure elemental type(change_t) function data_change_by(self, p) result(change)
     class(flight_data_t), intent(in) :: self
     type(wing_parameter_t), intent(in) :: p
     integer :: k
     if (p%kind == KIND_FLIGHT .and. (p%record == 0 .or. p%record == self%number)) then
       change%number = p%number
+    else if (p%kind == KIND_MEMBRANE .and. any(self%facts%shares)) then
+      change = change_t(FLOW_PLATE, 0.0_rp, 1.0_rp)
     else if (p%kind == KIND_PARAMETER .and. any(self%facts%shares)) then
       associate (material => self%facts%material)
         if (p%number == PARAM_YOUNG) change = change_t(FLOW_YOUNG, log(material(1)), 1.0_rp)

@@ -102,6 +102,7 @@ contains
     type(solid_params_t) :: params
     integer :: i
     params = model%params
+    call params%set(PARAM_PLATE, self%bare%model%params%get(PARAM_PLATE))
     do i = 1, size(q)
       associate (one => self%parameters(i))
         select case (one%kind)

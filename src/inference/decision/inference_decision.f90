@@ -293,7 +293,8 @@ contains
     decision%posterior_unknown = exp(max(-700.0_rp, unknown - total))
   end subroutine find_posterior
 
-  !> Finds the first effect and all effects that the data cannot distinguish from it: they fit nearly as well, or are expected to.
+  !> Finds the first effect and all effects that the data cannot distinguish from it: they fit nearly as well, or are expected to,
+  !> unless fits have shown the tangents to be misleading and the effects to differ.
   !> An effect that differs by a fraction of ALIAS_FRACTION or less belongs to them even if priors have made its evidence small.
   subroutine find_set(design, hypotheses, order, z, decision)
     type(design_t), intent(in) :: design
@@ -305,6 +306,7 @@ contains
     integer :: i, c
     decision%set = order(:1)
     do i = 2, size(order)
+      if (hypotheses%tell_apart(order(1), order(i), ALIAS_LOSS)) cycle
       behind = hypotheses%effect(order(1)) - hypotheses%effect(order(i))
       least = huge(least)
       do c = 1, size(design%candidates)

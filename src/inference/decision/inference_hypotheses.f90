@@ -39,12 +39,14 @@ module inference_hypotheses
     real(rp), allocatable :: correction(:)  !< (effects) change of the log evidence by that fit
     real(rp), allocatable :: behind(:)      !< (effects) log evidence by the tangents that the fitted variant lacks to the best one
     real(rp), allocatable :: gain(:)        !< (effects) decrease of the sum of squares by that fit, in units of the noise
+    real(rp), allocatable :: left(:)        !< (effects) sum of squares of the data after that fit, in units of the noise; no priors
     real(rp), allocatable :: remainder(:)   !< (effects) log p of what that fit leaves unexplained
     real(rp), allocatable :: z(:, :)        !< (k, effects) part of z that the variant explains, and that its fit leaves
   contains
     procedure :: init => hypotheses_init
     procedure :: correct => hypotheses_correct
     procedure :: correct_unknown => hypotheses_correct_unknown
+    procedure :: tell_apart => hypotheses_tell_apart
   end type hypotheses_t
 
   real(rp), parameter, public :: IMPOSSIBLE = -1.0e4_rp !< log evidence of what cannot be tested
@@ -64,7 +66,7 @@ contains
     allocate (self%unknown(size(design%families)))
     allocate (self%is_fitted(n_effects), source=.false.)
     allocate (self%correction(n_effects), self%behind(n_effects), source=0.0_rp)
-    allocate (self%gain(n_effects), self%remainder(n_effects), source=0.0_rp)
+    allocate (self%gain(n_effects), self%left(n_effects), self%remainder(n_effects), source=0.0_rp)
     self%z = spread(z, 2, n_effects)
     do e = 1, n_effects
       call average_variants(design, e, z, self%best(e), most, self%effect(e))
@@ -120,19 +122,30 @@ contains
     end do
   end function log_odds_unknown
 
+  !> Tells whether fits have shown effect b to leave more of the data than a, by more than 2*`loss`, where the tangents show less
+  !> than half of the evidence of a. Tangents then say little about how well b imitates a. It uses no prior.
+  pure logical function hypotheses_tell_apart(self, a, b, loss) result(are_apart)
+    class(hypotheses_t), intent(in) :: self
+    integer, intent(in) :: a, b
+    real(rp), intent(in) :: loss
+    are_apart = self%is_fitted(a) .and. self%is_fitted(b) .and. self%correction(a) > 0.5_rp*self%effect(a)
+    if (are_apart) are_apart = 0.5_rp*(self%left(b) - self%left(a)) > 2*loss
+  end function hypotheses_tell_apart
+
   !> Takes the results of a nonlinear fit of effect e: by how much its evidence exceeds that in the linear approximation, by how
   !> much the fit lowers the sum of squares, the log p of the remainder of the fit, and z(k) in which this remainder replaces that
   !> of the linear approximation. The average over variants, which the best one dominates by its tangents, is that of the fitted
-  !> variant if this is `behind` it.
-  subroutine hypotheses_correct(self, e, correction, gain, remainder, z, behind)
+  !> variant if this is `behind` it. `left` is the sum of squares of the data after the fit.
+  subroutine hypotheses_correct(self, e, correction, gain, remainder, z, behind, left)
     class(hypotheses_t), intent(inout) :: self
     integer, intent(in) :: e
     real(rp), intent(in) :: correction, gain, remainder, z(:)
-    real(rp), intent(in), optional :: behind
+    real(rp), intent(in), optional :: behind, left
     self%is_fitted(e) = .true.
     self%effect(e) = self%effect(e) + self%behind(e) - self%correction(e) + correction
     self%behind(e) = 0
     if (present(behind)) self%behind(e) = behind
+    if (present(left)) self%left(e) = left
     self%effect(e) = self%effect(e) - self%behind(e)
     self%correction(e) = correction
     self%gain(e) = gain

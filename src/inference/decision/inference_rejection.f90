@@ -50,7 +50,7 @@ contains
 
   !> Returns the probability that n_causes of `effects`, whichever fit best, would leave nothing but noise if the truth were an
   !> unknown cause of signal-to-noise ratio `snr`: the mean over n_draws random fields of each family, which are equally probable.
-  !> Each cause is the one with the largest evidence for what those before it leave. 1 if there are fewer than n_causes effects.
+  !> Each cause is the one with the largest evidence for what those before it leave. 0 without unknown causes.
   real(rp) function imitation(design, calibration, effects, n_causes, snr, log_level, n_draws, seed)
     type(design_t), intent(in) :: design
     type(calibration_t), intent(in) :: calibration
@@ -60,12 +60,14 @@ contains
     type(random_stream_t) :: stream
     type(explained_t) :: known
     real(rp) :: z(design%k), signal(design%k)
-    integer :: d, f, n
-    imitation = 1
-    if (size(design%families) == 0) return
+    integer :: d, f, n, n_families
+    imitation = 0
     stream = random_stream_t(seed=seed, stream=UNKNOWN_STREAM)
     n = 0
+    n_families = 0
     do f = 1, size(design%families)
+      if (size(design%families(f)%scale) == 0) cycle ! these data show nothing of this family
+      n_families = n_families + 1
       do d = 1, n_draws
         call draw_unknown(design, f, stream, signal)
         call stream%gaussians(z)
@@ -73,7 +75,7 @@ contains
         if (remainder_log_p(design, calibration, known%left) > log_level) n = n + 1
       end do
     end do
-    imitation = real(n, rp)/(n_draws*size(design%families))
+    if (n_families > 0) imitation = real(n, rp)/(n_draws*n_families)
   end function imitation
 
   !> Explains z(k) by n_causes of `effects`, one after the other.

@@ -216,7 +216,8 @@ contains
     seen = self%rings(i)%seen
     if (.not. present(errors)) return
     associate (s => self%series(i))
-      seen = seen + errors(1)*s%size_sigma/s%size*seen + errors(2)*s%trigger_sigma*self%rings(i)%rate
+      seen = seen + errors(1)*s%size_sigma/s%size*seen + errors(2)*s%trigger_sigma*self%rings(i)%rate &
+             + 0.5_rp*(errors(2)*s%trigger_sigma)**2*self%rings(i)%second
     end associate
   end function simulation_computed
 
