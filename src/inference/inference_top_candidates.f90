@@ -37,10 +37,9 @@ contains
   !> Fits the top candidates without linearisation, corrects their evidence by the error of the linear approximation, and decides
   !> again. It does not fit candidates that are far less probable in the linear approximation, unless other fits have shown this
   !> approximation to be wrong by as much. It fits every candidate that is a part of a fitted one. If most of the misfit remains, it
-  !> fits all candidates until one leaves less. It fits all candidates that the tangents prefer to no cause before an unknown cause
-  !> or several causes become the answer, or if the best effect owes most of its evidence to its fit: the shape of some effects
-  !> depends on their strength. `refits` are the new fits.
-  !> Before, they are those with other nuisances, from which the fits of the same effects begin.
+  !> fits all candidates until one leaves less. It fits all candidates that the tangents prefer to no cause, since the shape of some
+  !> effects depends on their strength, before an unknown cause or several causes become the answer, or if the best effect owes most
+  !> of its evidence to its fit. `refits` are the new fits, and before that those with other nuisances, from which these begin.
   subroutine refit_top_candidates(simulator, options, model, tests, hypotheses, refits, decision)
     class(simulator_t), intent(inout), target :: simulator
     type(diagnosis_options_t), intent(in) :: options
@@ -65,21 +64,9 @@ contains
       call improve_refits(simulator, options, model, tests, n_fitted, hypotheses, refits)
       call decide_anew(options, model, tests, hypotheses, decision)
       if (decision%verdict /= VERDICT_UNKNOWN .and. size(decision%causes) < 2 .and. &
-          decision%posterior_unknown <= sum(decision%posterior(decision%set)) .and. .not. has_surprise(queue, hypotheses)) exit
+          decision%posterior_unknown <= sum(decision%posterior(decision%set)) .and. .not. hypotheses%is_misled()) exit
     end do
   end subroutine refit_top_candidates
-
-  !> Tells whether the fit of the most probable effect has found more than twice the evidence that the tangents show. What they show
-  !> of other effects is then no reason to leave these out.
-  pure logical function has_surprise(queue, hypotheses) result(has)
-    type(queue_t), intent(in) :: queue
-    type(hypotheses_t), intent(in) :: hypotheses
-    integer :: e
-    has = .false.
-    if (size(hypotheses%effect) == 0) return
-    e = maxloc(hypotheses%effect, 1)
-    has = hypotheses%correction(e) > max(FAR, queue%linear(e))
-  end function has_surprise
 
   !> Fits the effects of the queue that are worth a fit in this round. The last round goes through the queue twice, for parts of the
   !> effects that were fitted meanwhile.

@@ -50,8 +50,8 @@ module diagnosis_flight_data
 contains
 
   !> Returns how parameter p changes the flights of this case: as a change of all cases or of this one or, where wings bend and have
-  !> other data, as E, D, its error or the thickness of the wing, on which D depends by its third power, or as a further parameter of
-  !> the structure that flights change.
+  !> other data, as E, D, its error or the thickness of the wing, on which D depends by its third power, or as a further parameter
+  !> of the structure that flights change.
   pure elemental type(change_t) function data_change_by(self, p) result(change)
     class(flight_data_t), intent(in) :: self
     type(wing_parameter_t), intent(in) :: p

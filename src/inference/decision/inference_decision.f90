@@ -198,8 +198,7 @@ contains
       decision%set = design%candidates(joint%members)%effect
       decision%is_joint = .true.
       call weigh_imitation(design, calibration, seed, order, decision)
-      if (decision%verdict == VERDICT_UNKNOWN .and. size(decision%set) == 0) return
-      call name_or_set(design, calibration, seed, decision%set, decision)
+      if (size(decision%set) > 0) call name_or_set(design, calibration, seed, decision%set, decision)
     else
       call reject_catalogue(decision, rejected_probability(decision))
     end if

@@ -46,6 +46,7 @@ module inference_hypotheses
     procedure :: init => hypotheses_init
     procedure :: correct => hypotheses_correct
     procedure :: correct_unknown => hypotheses_correct_unknown
+    procedure :: is_misled => hypotheses_is_misled
     procedure :: tell_apart => hypotheses_tell_apart
   end type hypotheses_t
 
@@ -122,13 +123,25 @@ contains
     end do
   end function log_odds_unknown
 
-  !> Tells whether fits have shown effect b to leave more of the data than a, by more than 2*`loss`, where the tangents show less
-  !> than half of the evidence of a. Tangents then say little about how well b imitates a. It uses no prior.
+  !> Tells whether the fit of the most probable effect has found more than twice the evidence that its tangent shows. What tangents
+  !> show of the other effects, or expect of them, is then no reason to leave them out or to count them in.
+  pure logical function hypotheses_is_misled(self) result(is_it)
+    class(hypotheses_t), intent(in) :: self
+    real(rp), parameter :: LEAST = 10
+    integer :: e
+    is_it = .false.
+    if (size(self%effect) == 0) return
+    e = maxloc(self%effect, 1)
+    is_it = self%correction(e) > max(LEAST, self%effect(e) - self%correction(e))
+  end function hypotheses_is_misled
+
+  !> Tells whether fits have shown effect b to leave more of the data than a, by more than 2*`loss`, where tangents mislead. It
+  !> uses no prior.
   pure logical function hypotheses_tell_apart(self, a, b, loss) result(are_apart)
     class(hypotheses_t), intent(in) :: self
     integer, intent(in) :: a, b
     real(rp), intent(in) :: loss
-    are_apart = self%is_fitted(a) .and. self%is_fitted(b) .and. self%correction(a) > 0.5_rp*self%effect(a)
+    are_apart = self%is_fitted(a) .and. self%is_fitted(b) .and. self%is_misled()
     if (are_apart) are_apart = 0.5_rp*(self%left(b) - self%left(a)) > 2*loss
   end function hypotheses_tell_apart
 

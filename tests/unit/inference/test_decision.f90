@@ -108,8 +108,8 @@ contains
                     one%posterior_unknown > 0.5_rp .and. size(one%set) == 0)
   end subroutine test_joint_causes
 
-  !> Two causes that are six times as probable as drift alone, where every unknown cause looks like the two of them: it would be taken
-  !> for them each time, and its prior is twice theirs. Where none looks like them, they stay.
+  !> Two causes that are six times as probable as drift alone, where every unknown cause looks like the two of them: it would be
+  !> taken for them each time, and its prior is twice theirs. Where none looks like them, they stay.
   subroutine test_imitation()
     type(hypotheses_t) :: hypotheses
     type(decision_t) :: one

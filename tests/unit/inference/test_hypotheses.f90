@@ -4,7 +4,7 @@
 program test_hypotheses
   use base_errors, only: failure_t
   use base_kinds, only: i8, rp
-  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_SOFT, N_BASE, P_BOTH, P_DRIFT, P_SOFT, P_TORSION
+  use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_OFFSET, E_SOFT, N_BASE, P_BOTH, P_DRIFT, P_SOFT, P_TORSION
   use inference_calibration, only: calibration_t, find_statistics, statistics_t
   use inference_design, only: build_design, candidate_t, design_t, is_part_of
   use inference_hypotheses, only: add_effect, explain, explained_t, hypotheses_t, log_prior, PRIOR_ONE, PRIOR_TWO
@@ -126,6 +126,14 @@ contains
     call all%correct_unknown(design)
     call check(maxval(abs(all%unknown - max(linear + seen%unknown, before))) < 1.0e-9_rp, &
                'but no more than its tangents show')
+    call check(all%is_misled(), 'a fit that finds three times as much more shows that tangents mislead')
+    call all%correct(E_DRIFT, 3*linear, 0.0_rp, 0.0_rp, z, left=300.0_rp)
+    call all%correct(E_OFFSET, 0.0_rp, 0.0_rp, 0.0_rp, z, left=311.0_rp)
+    call check(.not. all%tell_apart(E_DRIFT, E_OFFSET, 3.0_rp), 'fits with nearly the same remainder do not tell effects apart')
+    call all%correct(E_OFFSET, 0.0_rp, 0.0_rp, 0.0_rp, z, left=313.0_rp)
+    call check(all%tell_apart(E_DRIFT, E_OFFSET, 3.0_rp), 'others do')
+    call all%correct(E_DRIFT, 0.9_rp*linear, 0.0_rp, 0.0_rp, z, left=300.0_rp)
+    call check(.not. (all%is_misled() .or. all%tell_apart(E_DRIFT, E_OFFSET, 3.0_rp)), 'but only if tangents mislead')
     call all%correct(E_DRIFT, -GROWN, 0.0_rp, 0.0_rp, z)
     call all%correct_unknown(design)
     call check(maxval(abs(all%unknown + GROWN - seen%unknown)) < 1.0e-9_rp, 'what tangents promised too much is lost by both')
