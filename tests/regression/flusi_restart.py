@@ -284,7 +284,7 @@ def test_no_step_left(case):
     before = case.all_series()
     done = case.run("run.ini", "--restart", ranks=2)
     check(case.all_series() == before, "the series are the same")
-    check("this is the end of the run: to go on, increase [Time] Tmax" in done.out, f"it is told why nothing is computed:\n{done.out}")
+    check("this is the end of the run: to go on, increase [Time] Tmax" in done.out, f"the program says why it computes nothing:\n{done.out}")
 
 
 main(globals())

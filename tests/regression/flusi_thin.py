@@ -233,7 +233,8 @@ def test_failed_backup(case):
     """Flexible wings that bend too far leave a checkpoint, from which the run goes on as the message says."""
     case.write("run.ini", merged(BENT, {"Flexible_wing": {"largest_deflection": 0.02}, "Time": {"nt": 40}}))
     done = case.run("run.ini", ranks=2, code=EXIT_NUMERICAL)
-    check("bends beyond the limit" in done.err and "--restart=failed_backup.h5 continues" in done.err, f"it is told:\n{done.err}")
+    check("bends beyond the limit" in done.err and "--restart=failed_backup.h5 continues" in done.err,
+          f"the program says why it stopped and how to continue:\n{done.err}")
     before = len(table(case, "bending_left.t"))
     case.write("run.ini", merged(BENT, {"Time": {"nt": 40}}))
     case.run("run.ini", "--restart=failed_backup.h5", ranks=2)

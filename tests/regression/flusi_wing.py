@@ -245,7 +245,7 @@ def test_wind_of_a_ring(case):
 
 
 def test_no_end(case):
-    """A run that would never end is told; a number of steps is an end."""
+    """The program warns of a run without an end; a number of steps is an end."""
     endless = merged(WING, {"Time": {"Tmax": None, "nt": None}})
     noticed(case, endless, r"\[Time\] Tmax: neither Tmax nor nt is given: nothing but the wall time or you will stop")
     case.write("run.ini", merged(endless, {"Time": {"nt": 7}}))

@@ -229,7 +229,7 @@ class Report(unittest.TestCase):
         self.assertNotRegex(row, r"\d\d|9\.|1\.6")
 
     def test_other_files(self):
-        """A folder, a file that is no diagnosis and a file that is not there are told apart."""
+        """The messages for a folder, for a file that is no diagnosis and for a missing file differ."""
         (self.folder / "wing.h5").write_bytes(b"\x89HDF\r\n")
         (self.folder / "fly.ini").write_text("[Wing]\n")
         for name, words in ((".", "is a folder; name the file of a diagnosis in it"), ("wing.h5", "wing.h5: is not JSON; name the file"),

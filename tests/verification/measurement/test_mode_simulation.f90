@@ -4,7 +4,7 @@
 !> argument names a wing file.
 program test_mode_simulation
   use base_constants, only: TWO_PI
-  use base_errors, only: failure_t, message_list_t
+  use base_errors, only: failure_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use loaded_wing, only: wing_of_argument
@@ -15,7 +15,6 @@ program test_mode_simulation
   use solid_damping_effects, only: damping_effects_t, DAMPING_JOINTS, DAMPING_MASS, DAMPING_RELAXATION, DAMPING_STIFFNESS, &
                                    DAMPING_TIME
   use solid_decay, only: decay_t
-  use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_ADDED, MASS_GRADIENT, MASS_POINT, MASS_VEINS
   use solid_modal, only: modal_t
   use solid_model, only: solid_model_t
@@ -25,6 +24,7 @@ program test_mode_simulation
   use solid_stiffness_effects, only: parameter_direction
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
+  use weighed_model, only: make_weighed_model
   implicit none
   integer, parameter :: NUMBERS(4) = [1, 2, 4, 5] !< the third mode was not measured
   type(testkit_t) :: t
@@ -54,14 +54,9 @@ program test_mode_simulation
 contains
 
   subroutine prepare()
-    type(mass_t) :: mass
-    type(mass_params_t) :: material
-    type(message_list_t) :: messages
-    type(failure_t) :: failure
-    call lump_mass(wing, material, mass, messages)
-    call parts%init(wing, mass)
-    call model%init(wing, params, failure)
-    call t%check('the wing is valid', messages%count() == 0 .and. .not. failure%failed)
+    logical :: is_valid
+    call make_weighed_model(wing, params, parts, model, is_valid)
+    call t%check('the wing is valid', is_valid)
   end subroutine prepare
 
   !> A measurement of modes `numbers` of the wing in a vacuum or in air at all points that move in them, of any size and sign.

@@ -3,7 +3,7 @@
 !> motion that the time integration of flusi finds. The argument names a wing file.
 program test_ringing
   use base_constants, only: TWO_PI
-  use base_errors, only: failure_t, message_list_t
+  use base_errors, only: failure_t
   use base_kinds, only: rp
   use loaded_wing, only: wing_of_argument
   use measurement_series_projections, only: products
@@ -12,7 +12,6 @@ program test_ringing
   use solid_dynamics, only: dynamic_options_t, dynamic_state_t, dynamics_t, step_report_t
   use solid_inertia, only: inertia_t
   use solid_joint_forces, only: apply_joints
-  use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t
   use solid_modal, only: modal_t
   use solid_model, only: solid_model_t
@@ -21,6 +20,7 @@ program test_ringing
   use solid_ringing, only: ringing_t, shake_t
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
+  use weighed_model, only: make_weighed_model
   implicit none
   type(testkit_t) :: t
   type(wing_t) :: wing
@@ -43,14 +43,9 @@ program test_ringing
 contains
 
   subroutine prepare()
-    type(mass_t) :: mass
-    type(mass_params_t) :: material
-    type(message_list_t) :: messages
-    type(failure_t) :: failure
-    call lump_mass(wing, material, mass, messages)
-    call parts%init(wing, mass)
-    call model%init(wing, params, failure)
-    call t%check('the wing is valid', messages%count() == 0 .and. .not. failure%failed)
+    logical :: is_valid
+    call make_weighed_model(wing, params, parts, model, is_valid)
+    call t%check('the wing is valid', is_valid)
   end subroutine prepare
 
   !> One mode of 1 rad/s that relaxes, released from 1. Slowly: it rings as if 1 + g times as stiff about the share g/(1 + g) of

@@ -3,7 +3,6 @@
 !> differences. The argument names a wing file.
 program test_series_simulation
   use base_constants, only: TWO_PI
-  use base_errors, only: failure_t, message_list_t
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
   use loaded_wing, only: wing_of_argument
@@ -11,7 +10,6 @@ program test_series_simulation
   use measurement_modes, only: MEDIUM_AIR, MEDIUM_VACUUM
   use measurement_series_simulation, only: series_simulation_t
   use solid_damping_effects, only: damping_effects_t, DAMPING_DRAG, DAMPING_RELAXATION, DAMPING_TIME, N_DAMPING_EFFECTS
-  use solid_mass, only: lump_mass, mass_params_t, mass_t
   use solid_mass_effects, only: mass_effects_t, mass_parts_t, MASS_POINT, N_MASS_EFFECTS
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, solid_params_t
@@ -20,6 +18,7 @@ program test_series_simulation
   use solid_stiffness_effects, only: parameter_direction
   use solid_wing, only: wing_t
   use testkit, only: testkit_t
+  use weighed_model, only: make_weighed_model
   implicit none
   real(rp), parameter :: TIP(2) = [8.5e-3_rp, -0.8e-3_rp], MIDDLE(2) = [5.0e-3_rp, -0.5e-3_rp]
   type(testkit_t) :: t
@@ -48,14 +47,9 @@ program test_series_simulation
 contains
 
   subroutine prepare()
-    type(mass_t) :: mass
-    type(mass_params_t) :: material
-    type(message_list_t) :: messages
-    type(failure_t) :: failure
-    call lump_mass(wing, material, mass, messages)
-    call parts%init(wing, mass)
-    call model%init(wing, params, failure)
-    call t%check('the wing is valid', messages%count() == 0 .and. .not. failure%failed)
+    logical :: is_valid
+    call make_weighed_model(wing, params, parts, model, is_valid)
+    call t%check('the wing is valid', is_valid)
   end subroutine prepare
 
   !> Three records: a release in air behind a filter, the velocity after a tap in a vacuum, a moving base. All values are 0.
