@@ -6,7 +6,7 @@ program test_flight_structure
   use base_kinds, only: rp
   use base_parameter, only: effect_parameter, parameter_t
   use diagnosis_flight_catalogue, only: exclude_unflown, flight_steps
-  use diagnosis_flight_changes, only: FLOW_STRUCTURE, N_CHANGES, N_FLOW, N_STRUCTURE
+  use diagnosis_flight_changes, only: FLOW_PLATE, FLOW_STRUCTURE, N_CHANGES, N_FLOW, N_STRUCTURE
   use diagnosis_flight_data, only: change_t, flight_data_t
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_response, only: flight_response_t
@@ -15,8 +15,8 @@ program test_flight_structure
                                         structure_step
   use diagnosis_wing_entries, only: append_variant, catalogue_t
   use diagnosis_wing_flight, only: wing_flight_t
-  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_BALANCE, KIND_DAMPING, KIND_MASS, KIND_PARAMETER, &
-                                       KIND_POINT_MASS
+  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_BALANCE, KIND_DAMPING, KIND_MASS, KIND_MEMBRANE, &
+                                       KIND_PARAMETER, KIND_POINT_MASS
   use inference_simulator, only: variant_t
   use judging_runner, only: judging_runner_t, OWN_VALUE
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
@@ -36,6 +36,7 @@ program test_flight_structure
   call check_full()
   call check_places()
   call check_round()
+  call check_membrane()
   call t%finish()
 
 contains
@@ -119,6 +120,22 @@ contains
     change = cases(1)%change_by(c%parameters(3))
     call t%check('no flight changes it', change%number == 0)
   end subroutine check_choice
+
+  !> D and its error, which other data share, are one change of the flights: the product of both over the D of the case.
+  subroutine check_membrane()
+    type(flight_data_t) :: data
+    type(wing_parameter_t) :: p(2)
+    real(rp) :: changes(N_CHANGES)
+    p%kind = [KIND_MEMBRANE, KIND_PARAMETER]
+    p%number = PARAM_PLATE
+    data%facts%material = [1.0e10_rp, 2.0e-7_rp, 1.0e-5_rp]
+    data%facts%shares = .true.
+    changes = data%changes_at(p, [log(1.2_rp), log(3.0e-7_rp)])
+    call t%check_close('the error of D changes flights', changes(FLOW_PLATE), log(1.8_rp), rtol=1.0e-13_rp)
+    data%facts%shares = .false.
+    changes = data%changes_at(p, [log(1.2_rp), log(3.0e-7_rp)])
+    call t%check('but not of a wing that other data do not describe', .not. any(abs(changes) > 0))
+  end subroutine check_membrane
 
   !> Where flights are all there is, what no flight shows is not testable, before flights and after.
   subroutine check_alone()
