@@ -115,6 +115,7 @@ contains
     allocate (self%refits(0))
     self%decision%causes = [integer ::]
     self%decision%set = [integer ::]
+    self%decision%wider = [integer ::]
   end subroutine diagnosis_begin
 
   !> Computes z and the residual sum of squares of the data at the point q, starting from the state `from`. Fails if the simulator

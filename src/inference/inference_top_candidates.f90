@@ -4,7 +4,7 @@ module inference_top_candidates
   use base_errors, only: failure_t
   use base_kinds, only: rp
   use inference_residual_checks, only: combined_log_p
-  use inference_decision, only: decide, decision_t, rank_effects, VERDICT_UNKNOWN
+  use inference_decision, only: decide, decision_t, probability_of_set, rank_effects, VERDICT_UNKNOWN
   use inference_design, only: is_part_of
   use inference_hypotheses, only: average_variants, explain, explained_t, hypotheses_t, remainder_log_p
   use inference_record, only: compress_at, diagnosis_options_t, model_t, refit_t, tests_t, LARGEST_SCALE
@@ -64,7 +64,7 @@ contains
       call improve_refits(simulator, options, model, tests, n_fitted, hypotheses, refits)
       call decide_anew(options, model, tests, hypotheses, decision)
       if (decision%verdict /= VERDICT_UNKNOWN .and. size(decision%causes) < 2 .and. &
-          decision%posterior_unknown <= sum(decision%posterior(decision%set)) .and. .not. hypotheses%is_misled()) exit
+          decision%posterior_unknown <= probability_of_set(decision) .and. .not. hypotheses%is_misled()) exit
     end do
   end subroutine refit_top_candidates
 

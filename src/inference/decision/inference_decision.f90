@@ -15,17 +15,18 @@
 module inference_decision
   use base_kinds, only: i8, rp
   use inference_calibration, only: calibration_t, statistics_t
-  use inference_design, only: design_t, is_part_of
+  use inference_design, only: design_t
   use inference_distributions, only: log_add
-  use inference_hypotheses, only: expect_loss, explain, explained_t, hypotheses_t, log_odds_unknown, log_prior, &
-                                  remainder_log_p, IMPOSSIBLE, PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
+  use inference_hypotheses, only: explain, explained_t, hypotheses_t, log_odds_unknown, log_prior, remainder_log_p, IMPOSSIBLE, &
+                                  PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   use inference_joint_causes, only: find_joint_causes
   use inference_probability, only: calibrated_probability
   use inference_rejection, only: imitation, name_power
+  use inference_rivals, only: find_rivals, lead_with_part
   implicit none
   private
   public :: decision_t, decide, rank_effects, reject_catalogue, withdraw_name, verdict_word, grade_of, is_sure_name, &
-            stated_probability, stated_rest
+            probability_of_set, stated_probability, stated_rest
 
   integer, parameter, public :: VERDICT_ADEQUATE = 0, VERDICT_NAMED = 10, VERDICT_SET = 11, VERDICT_UNKNOWN = 12, &
                                 VERDICT_INSUFFICIENT = 20 !< exit codes
@@ -35,8 +36,6 @@ module inference_decision
                                      NO_GAIN = 'no_gain'
   real(rp), parameter, public :: LEVEL = 0.05_rp
   real(rp), parameter :: REMAINDER_LEVEL = 0.01_rp, POWER = 0.8_rp
-  real(rp), parameter, public :: ALIAS_LOSS = 3.0_rp !< log likelihood by which causes must differ to be distinguished
-  real(rp), parameter :: ALIAS_FRACTION = 0.01_rp !< of a cause's effect beyond the baseline: below it priors do not decide
   real(rp), parameter, public :: TESTS_FRACTION = 0.8_rp !< of the level, the rest is for the checks
   real(rp), parameter :: SECOND_ODDS = 3.0_rp !< for a further cause if one cause already leaves nothing but noise
   real(rp), parameter :: NAME_PROBABILITY = 0.9_rp          !< least probability of a name by the odds,
@@ -56,6 +55,7 @@ module inference_decision
     integer, allocatable :: causes(:)       !< candidates of the best explanation
     !> Effects of which at least one is a cause: those that alone explain the data equally well, best first, or all causes.
     integer, allocatable :: set(:)
+    integer, allocatable :: wider(:)        !< effects that contain the first of the set and explain the data as well
     logical :: is_joint = .false.           !< the set is no choice: its members explain the data jointly
     character(20) :: reason = ''            !< why it is a set: one of the words above, or blank
     logical :: has_further = .false.        !< the best explanation by several causes contains an effect of the set
@@ -118,10 +118,16 @@ contains
     type(decision_t), intent(in) :: decision
     real(rp) :: rest(4)
     rest = [decision%posterior_unknown, decision%posterior_joint, &
-            max(0.0_rp, sum(decision%posterior) - sum(decision%posterior(decision%set))), decision%posterior_none]
+            max(0.0_rp, sum(decision%posterior) - probability_of_set(decision)), decision%posterior_none]
     if (decision%is_joint .or. decision%has_further) rest(2) = 0
     rest = (1 - stated_probability(decision))*rest/max(sum(rest), tiny(1.0_rp))
   end function stated_rest
+
+  !> Returns the probability by the odds that one effect of the set is the cause, alone or as a part of a wider one.
+  pure real(rp) function probability_of_set(decision) result(probability)
+    type(decision_t), intent(in) :: decision
+    probability = sum(decision%posterior(decision%set)) + sum(decision%posterior(decision%wider))
+  end function probability_of_set
 
   !> Returns the effects that can be tested, the largest evidence first.
   pure function rank_effects(hypotheses) result(order)
@@ -155,9 +161,10 @@ contains
     type(explained_t) :: one, joint
     integer, allocatable :: order(:)
     real(rp) :: log_joint
-    allocate (decision%causes(0), decision%set(0))
+    allocate (decision%causes(0), decision%set(0), decision%wider(0))
     call find_global_p(calibration%log_p_global(statistics), checks_log_p, decision)
     order = rank_effects(hypotheses)
+    call lead_with_part(design, hypotheses, order)
     call find_joint_causes(design, hypotheses, order, joint, log_joint)
     call find_posterior(hypotheses, size(order), log_joint, decision)
     if (size(order) == 0 .and. size(design%families) == 0 .and. .not. decision%is_rejected_by_checks) return
@@ -180,9 +187,10 @@ contains
     end if
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
         decision%posterior_joint <= SECOND_ODDS*decision%posterior(order(1))) then
-      call find_set(design, hypotheses, order, z, decision)
-      if (decision%posterior_unknown > max(LEAST_UNKNOWN, sum(decision%posterior(decision%set)))) then
+      call find_rivals(design, hypotheses, order, z, decision%set, decision%wider)
+      if (decision%posterior_unknown > max(LEAST_UNKNOWN, probability_of_set(decision))) then
         decision%set = [integer ::]
+        decision%wider = [integer ::]
         return
       end if
       call name_or_set(design, calibration, seed, design%candidates(joint%members)%effect, decision)
@@ -252,6 +260,7 @@ contains
     decision%is_joint = .false.
     decision%reason = ''
     decision%set = [integer ::]
+    decision%wider = [integer ::]
   end subroutine reject_catalogue
 
   !> Returns the posterior probability of an unknown cause if the best explanation of the catalogue leaves a remainder of this p,
@@ -292,33 +301,6 @@ contains
     decision%posterior_unknown = exp(max(-700.0_rp, unknown - total))
   end subroutine find_posterior
 
-  !> Finds the first effect and all effects that the data cannot distinguish from it: they fit nearly as well, or are expected to,
-  !> unless fits have shown the tangents to be misleading and the effects to differ.
-  !> An effect that differs by a fraction of ALIAS_FRACTION or less belongs to them even if priors have made its evidence small.
-  subroutine find_set(design, hypotheses, order, z, decision)
-    type(design_t), intent(in) :: design
-    type(hypotheses_t), intent(in) :: hypotheses
-    integer, intent(in) :: order(:)
-    real(rp), intent(in) :: z(:)
-    type(decision_t), intent(inout) :: decision
-    real(rp) :: behind, loss, fraction, least
-    integer :: i, c
-    decision%set = order(:1)
-    do i = 2, size(order)
-      if (hypotheses%tell_apart(order(1), order(i), ALIAS_LOSS)) cycle
-      behind = hypotheses%effect(order(1)) - hypotheses%effect(order(i))
-      least = huge(least)
-      do c = 1, size(design%candidates)
-        if (design%candidates(c)%effect /= order(i)) cycle
-        if (is_part_of(design%candidates(hypotheses%best(order(1))), design%candidates(c))) cycle ! a larger one is no rival
-        call expect_loss(design, hypotheses%best(order(1)), c, z, loss, fraction)
-        if (behind > 2*ALIAS_LOSS .and. fraction > ALIAS_FRACTION) cycle
-        least = min(least, loss)
-      end do
-      if (behind <= ALIAS_LOSS .or. least <= ALIAS_LOSS) decision%set = [decision%set, order(i)]
-    end do
-  end subroutine find_set
-
   !> Decides on a name or a set, and its probability. `joint` are the effects of the best explanation by several.
   subroutine name_or_set(design, calibration, seed, joint, decision)
     type(design_t), intent(in) :: design
@@ -336,7 +318,7 @@ contains
       decision%probability = decision%posterior_joint
     else
       is_name = size(decision%set) == 1
-      decision%probability = sum(decision%posterior(decision%set))
+      decision%probability = probability_of_set(decision)
       ! A second cause in addition, however probable, would not make the first one wrong.
       if (is_name .and. decision%has_further) &
         decision%probability = min(1.0_rp, decision%probability + decision%posterior_joint)
@@ -357,7 +339,7 @@ contains
     character(*), intent(in) :: reason
     decision%reason = reason
     decision%verdict = VERDICT_SET
-    decision%probability = sum(decision%posterior(decision%set))
+    decision%probability = probability_of_set(decision)
     if (decision%has_further) decision%probability = min(1.0_rp, decision%probability + decision%posterior_joint)
   end subroutine withdraw_name
 end module inference_decision

@@ -7,8 +7,8 @@
 module inference_discrimination
   use base_kinds, only: rp
   use base_lapack, only: factorise, solve_lower
-  use inference_decision, only: ALIAS_LOSS
   use inference_design, only: candidate_t
+  use inference_rivals, only: ALIAS_LOSS
   implicit none
   private
   public :: discrimination_t, separation, marginal_normal

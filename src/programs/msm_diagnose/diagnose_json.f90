@@ -155,6 +155,11 @@ contains
         call json%put('', s%catalogue%effects(v%set(i))%name)
       end do
       call json%close()
+      call json%open_list('wider')
+      do i = 1, size(v%wider)
+        call json%put('', s%catalogue%effects(v%wider(i))%name)
+      end do
+      call json%close()
       call put_unknown(json, s, unknown)
       call json%close()
     end associate

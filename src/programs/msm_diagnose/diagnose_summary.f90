@@ -183,8 +183,21 @@ contains
       text = 'there are too few data to test anything'
       return
     end select
-    text = text//' (probability '//percent_text(stated_probability(d%decision))//' %)'//unsettled(d)
+    text = text//' (probability '//percent_text(stated_probability(d%decision))//' %)'//wider_text(s, d)//unsettled(d)
   end function verdict_sentence
+
+  !> Returns the wider changes of which the first cause may be a part. The text is empty if there are none.
+  function wider_text(s, d) result(text)
+    type(diagnose_settings_t), intent(in) :: s
+    type(diagnosis_t), intent(in) :: d
+    character(:), allocatable :: text
+    integer :: i
+    text = ''
+    do i = 1, size(d%decision%wider)
+      text = text//' or '//s%catalogue%effects(d%decision%wider(i))%title
+    end do
+    if (text /= '') text = '; a wider change of which this is a part explains the data as well: '//text(5:)
+  end function wider_text
 
   !> Returns the causes of the verdict with 'and' between them.
   function cause_names(s, d) result(text)

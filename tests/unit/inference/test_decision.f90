@@ -35,6 +35,7 @@ program test_decision
   call test_further()
   call test_joint_causes()
   call test_imitation()
+  call test_wider()
   call test%finish()
 
 contains
@@ -137,6 +138,45 @@ contains
     share(0) = imitation(design, calibration, effects, 0, 0.0_rp, log(0.01_rp), 100, SEED)
     call test%check('noise is noise', share(0) > 0.95_rp)
   end subroutine test_imitation
+
+  !> An effect that releases what drift does and one parameter more, without another direction in the data, is no rival: the name
+  !> of drift stands if this effect is as probable, and if it leads by less than can be distinguished. If it leads by more it has
+  !> the name.
+  subroutine test_wider()
+    type(hypotheses_t) :: hypotheses
+    type(decision_t) :: one, alone
+    type(design_t) :: other
+    real(rp) :: z(design%k)
+    integer :: c, from
+    z = 12*drift()
+    call hypotheses%init(design, N_EFFECTS, z)
+    hypotheses%unknown = -1.0e3_rp
+    from = hypotheses%best(E_DRIFT)
+    call verdict_on(z, hypotheses, alone)
+    other = design
+    do c = 1, size(other%candidates)
+      if (other%candidates(c)%effect /= E_OFFSET) cycle
+      associate (columns => [design%candidates(from)%columns, other%candidates(c)%columns])
+        other%candidates(c) = design%candidates(from)
+        other%candidates(c)%effect = E_OFFSET
+        other%candidates(c)%columns = columns
+      end associate
+    end do
+    call hypotheses%init(other, N_EFFECTS, z)
+    hypotheses%unknown = -1.0e3_rp
+    call judge(other, z, hypotheses, one)
+    call test%check('a wider effect of equal evidence is no rival of its part', one%verdict == VERDICT_NAMED .and. &
+                    size(one%set) == 1 .and. one%set(1) == E_DRIFT .and. size(one%wider) == 1 .and. one%wider(1) == E_OFFSET)
+    call test%check('  and the name holds in either case', one%probability >= alone%probability .and. &
+                    one%posterior(E_DRIFT) < 0.6_rp)
+    hypotheses%effect(E_OFFSET) = hypotheses%effect(E_OFFSET) + 2.5_rp
+    call judge(other, z, hypotheses, one)
+    call test%check('  also if the wider one leads by little', one%verdict == VERDICT_NAMED .and. one%set(1) == E_DRIFT .and. &
+                    other%candidates(one%causes(1))%effect == E_DRIFT .and. size(one%wider) == 1)
+    hypotheses%effect(E_OFFSET) = hypotheses%effect(E_OFFSET) + 7.5_rp
+    call judge(other, z, hypotheses, one)
+    call test%check('a wider effect that leads by much is the cause', one%set(1) == E_OFFSET .and. size(one%wider) == 0)
+  end subroutine test_wider
 
   !> The direction of the offset without that of drift.
   function second() result(direction)

@@ -43,6 +43,7 @@ contains
     end do
     d%decision%causes = [1]
     d%decision%set = [1]
+    d%decision%wider = [integer ::]
   end subroutine make
 
   !> Probabilities by the odds from 0.5 to nearly 1: what may be a name is right as often as names must be.
@@ -78,6 +79,7 @@ contains
     is_less = .true.
     do n = 1, 2
       d%decision%set = [(i, i=1, n)]
+      d%decision%wider = [integer ::]
       do i = 0, 50
         do j = 0, 10
           do k = 0, 10 - j
@@ -118,6 +120,7 @@ contains
   !> Sentences that are written here.
   subroutine test_words()
     d%decision%set = [1]
+    d%decision%wider = [integer ::]
     call make_set(0.5_rp, 0.2_rp, 0.3_rp)
     call t%check('one cause: '//verdict_sentence(s, d), verdict_sentence(s, d) == &
                  'consistent with cause 1; other causes are not excluded: something that is not in the catalogue (17 %), '// &
@@ -126,6 +129,7 @@ contains
     call t%check('and why it is no name', index(verdict_sentence(s, d), 'not excluded, because the fitted value reached its '// &
                                                 'bound: something') > 0)
     d%decision%set = [1, 2]
+    d%decision%wider = [integer ::]
     call make_set(1.0_rp, 0.0_rp, 0.0_rp)
     call withdraw_name(d%decision, ALIAS)
     call t%check('two causes: '//verdict_sentence(s, d), verdict_sentence(s, d) == &
