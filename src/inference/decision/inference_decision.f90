@@ -189,11 +189,10 @@ contains
         decision%posterior_joint <= SECOND_ODDS*decision%posterior(order(1))) then
       call find_rivals(design, hypotheses, order, z, decision%set, decision%wider)
       if (decision%posterior_unknown > max(LEAST_UNKNOWN, probability_of_set(decision))) then
-        decision%set = [integer ::]
-        decision%wider = [integer ::]
-        return
+        call leave_no_set(decision)
+      else
+        call name_or_set(design, calibration, seed, design%candidates(joint%members)%effect, decision)
       end if
-      call name_or_set(design, calibration, seed, design%candidates(joint%members)%effect, decision)
     else if (size(joint%members) > 1) then
       decision%remainder_log_p = remainder_log_p(design, calibration, joint%left)
       if (decision%remainder_log_p <= log(REMAINDER_LEVEL)) then
@@ -259,9 +258,15 @@ contains
     decision%verdict = VERDICT_UNKNOWN
     decision%is_joint = .false.
     decision%reason = ''
+    call leave_no_set(decision)
+  end subroutine reject_catalogue
+
+  !> Empties the set and what is wider than its first effect.
+  pure subroutine leave_no_set(decision)
+    type(decision_t), intent(inout) :: decision
     decision%set = [integer ::]
     decision%wider = [integer ::]
-  end subroutine reject_catalogue
+  end subroutine leave_no_set
 
   !> Returns the posterior probability of an unknown cause if the best explanation of the catalogue leaves a remainder of this p,
   !> or if checks have this p, both for no cause and for every cause in the catalogue.
