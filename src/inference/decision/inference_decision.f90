@@ -163,8 +163,7 @@ contains
     real(rp) :: log_joint
     allocate (decision%causes(0), decision%set(0), decision%wider(0))
     call find_global_p(calibration%log_p_global(statistics), checks_log_p, decision)
-    order = rank_effects(hypotheses)
-    call lead_with_part(design, hypotheses, order)
+    order = lead_with_part(design, hypotheses, rank_effects(hypotheses))
     call find_joint_causes(design, hypotheses, order, joint, log_joint)
     call find_posterior(hypotheses, size(order), log_joint, decision)
     if (size(order) == 0 .and. size(design%families) == 0 .and. .not. decision%is_rejected_by_checks) return

@@ -17,22 +17,24 @@ module inference_rivals
 
 contains
 
-  !> Moves to the front of `order`, the most probable effect first, the most probable part of the first effect that is not behind
-  !> it by more than ALIAS_LOSS.
-  pure subroutine lead_with_part(design, hypotheses, order)
+  !> Returns the effects of `ranked`, the most probable first. In front is the most probable part of the first effect, if it is
+  !> not behind by more than ALIAS_LOSS.
+  pure function lead_with_part(design, hypotheses, ranked) result(order)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
-    integer, intent(inout) :: order(:)
+    integer, intent(in) :: ranked(:)
+    integer, allocatable :: order(:)
     integer :: i
+    order = ranked
     do i = 2, size(order)
       if (hypotheses%effect(order(1)) - hypotheses%effect(order(i)) > ALIAS_LOSS) return
       associate (best => hypotheses%best)
         if (.not. is_part_of(design%candidates(best(order(i))), design%candidates(best(order(1))))) cycle
       end associate
-      order(:i) = [order(i), order(:i - 1)]
+      order(:i) = [ranked(i), ranked(:i - 1)]
       return
     end do
-  end subroutine lead_with_part
+  end function lead_with_part
 
   !> Finds the first effect of `order` and all that the data cannot distinguish from it: they fit nearly as well, or are expected
   !> to, unless fits have shown the tangents to be misleading and the effects to differ. An effect that differs by a fraction of
