@@ -6,7 +6,7 @@ usage: bench/diagnosis/run [--kind bending|vibration|joint|flight] [--cases N] [
                        [--program build/release/bin/msm_diagnose]
                        [--jobs 1] [--ranks 1] [--shard K/N] [--only generate|diagnose|score] [--hours H]
                        [--archive bench/diagnosis/diagnosis_study.jsonl] [--figure docs/images/diagnosis_confusion.png]
-                       [--write-map src/inference/probability/inference_probability_table.f90]
+                       [--write-map src/inference/probability/inference_probability_of_KIND.f90]
 
 The whole study has 762 cases: on the small blowfly wing 250 without a hidden cause (nulls), 200 with causes outside the
 catalogue, and 60 with causes of the catalogue in each of five ranges of the signal-to-noise ratio; and 12 cases on the wing of

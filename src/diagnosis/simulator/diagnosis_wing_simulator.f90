@@ -23,6 +23,7 @@ module diagnosis_wing_simulator
                                        KIND_MEMBRANE, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_places, only: is_on_wing
   use diagnosis_wing_state, only: wing_state, wing_state_t
+  use inference_probability, only: MAP_OF_VIBRATION
   use inference_simulator, only: simulator_t, TANGENT_ERROR
   use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
@@ -106,6 +107,7 @@ contains
     self%effects = catalogue%effects
     self%bins = bins
     self%n_baseline = catalogue%n_baseline
+    if (size(experiment%loads) == 0 .and. experiment%measurement%moves()) self%probability_map = MAP_OF_VIBRATION
     if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts, flights)
     self%n_observations = bins%n + self%motion%n
     n_smooth_errors = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))

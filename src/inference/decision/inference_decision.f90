@@ -20,7 +20,7 @@ module inference_decision
   use inference_hypotheses, only: explain, explained_t, hypotheses_t, log_odds_unknown, log_prior, remainder_log_p, IMPOSSIBLE, &
                                   PRIOR_NONE, PRIOR_ONE, PRIOR_TWO, PRIOR_UNKNOWN
   use inference_joint_causes, only: find_joint_causes
-  use inference_probability, only: calibrated_probability
+  use inference_probability, only: calibrated_probability, MAP_OF_BENDING
   use inference_rejection, only: imitation, name_power
   use inference_rivals, only: find_rivals, lead_with_part
   implicit none
@@ -45,6 +45,7 @@ module inference_decision
 
   type :: decision_t
     integer :: verdict = VERDICT_INSUFFICIENT
+    integer :: probability_map = MAP_OF_BENDING !< by which the probability is stated
     real(rp) :: log_p_global = 0            !< of tests and checks
     real(rp) :: log_p_tests = 0             !< of the catalogue and of unknown causes
     real(rp) :: log_p_checks = 0            !< of the checks of residuals
@@ -97,19 +98,20 @@ contains
     if (verdict == VERDICT_SET) grade = 'B'
   end function grade_of
 
-  !> Tells whether a name is sure enough if its probability is p by the odds.
-  pure logical function is_sure_name(p)
+  !> Tells whether a name is sure enough if its probability is p by the odds, and is stated by this map.
+  pure logical function is_sure_name(map, p)
+    integer, intent(in) :: map
     real(rp), intent(in) :: p
-    is_sure_name = p >= NAME_PROBABILITY .and. calibrated_probability(VERDICT_NAMED, p) >= LEAST_STATED
+    is_sure_name = p >= NAME_PROBABILITY .and. calibrated_probability(map, VERDICT_NAMED, p) >= LEAST_STATED
   end function is_sure_name
 
   !> Returns the probability to print for a verdict: the fraction of such verdicts that were right in blind cases. A set that would
   !> be a name but for its probability has no larger one than such names.
   pure real(rp) function stated_probability(decision) result(stated)
     type(decision_t), intent(in) :: decision
-    stated = calibrated_probability(decision%verdict, decision%probability)
+    stated = calibrated_probability(decision%probability_map, decision%verdict, decision%probability)
     if (decision%verdict == VERDICT_SET .and. decision%reason == NOT_SURE) &
-      stated = min(stated, calibrated_probability(VERDICT_NAMED, decision%probability))
+      stated = min(stated, calibrated_probability(decision%probability_map, VERDICT_NAMED, decision%probability))
   end function stated_probability
 
   !> Returns what a set leaves of 1: the probabilities to print of an unknown cause, of several causes together, of another cause in
@@ -162,6 +164,7 @@ contains
     integer, allocatable :: order(:)
     real(rp) :: log_joint
     allocate (decision%causes(0), decision%set(0), decision%wider(0))
+    decision%probability_map = design%probability_map
     call find_global_p(calibration%log_p_global(statistics), checks_log_p, decision)
     order = lead_with_part(design, hypotheses, rank_effects(hypotheses))
     call find_joint_causes(design, hypotheses, order, joint, log_joint)
@@ -332,7 +335,7 @@ contains
       call withdraw_name(decision, ALIAS)
     else if (decision%name_power < POWER) then
       call withdraw_name(decision, NO_POWER)
-    else if (.not. is_sure_name(decision%probability)) then
+    else if (.not. is_sure_name(decision%probability_map, decision%probability)) then
       call withdraw_name(decision, NOT_SURE)
     end if
   end subroutine name_or_set

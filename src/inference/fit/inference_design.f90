@@ -47,6 +47,7 @@ module inference_design
   type :: design_t
     real(rp), allocatable :: q(:)           !< the point at which tangents were taken
     type(whitener_t) :: whitener
+    integer :: probability_map = 0          !< that of the simulator
     integer :: k = 0
     integer :: n_rows = 0                   !< observations and priors
     real(rp) :: margin = 0                  !< of the span of z: see inference_span
@@ -95,6 +96,7 @@ contains
     b = simulator%n_baseline
     columns = [(i, i=1, b), effect_columns(simulator)]
     design%q = q
+    design%probability_map = simulator%probability_map
     call evaluate_tangents(simulator, q, columns, state, design, is_valid, known)
     if (.not. is_valid) then
       call failure%raise('the model cannot be computed at the best fit of the baseline: check the loads, their units and the input')

@@ -8,6 +8,7 @@
 module inference_simulator
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
+  use inference_probability, only: MAP_OF_BENDING
   use least_squares_state, only: solver_state_t
   implicit none
   private
@@ -69,6 +70,7 @@ module inference_simulator
     character(:), allocatable :: nuisance_names(:) !< of the kinds, in the plural
     integer :: n_patterns = 0                 !< of unknown causes
     integer :: n_alone = huge(1)              !< each of the first n_alone of them may also be an unknown cause alone
+    integer :: probability_map = MAP_OF_BENDING !< of inference_probability, from the study of such data
     type(labels_t) :: labels
     type(parameter_t), allocatable :: parameters(:) !< by their coordinates; those of the baseline start at their null
     type(effect_t), allocatable :: effects(:)

@@ -23,7 +23,7 @@ module diagnose_json
   use diagnose_checks, only: alarm_name, put_checks
   use inference_decision, only: grade_of, stated_probability, verdict_word
   use inference_engine, only: diagnosis_t
-  use inference_probability, only: PROVENANCE
+  use inference_probability, only: provenance_of
   use inference_refit, only: nested_fit_t
   use inference_residual_checks, only: residual_check_t
   use inference_simulator, only: labels_t
@@ -120,7 +120,7 @@ contains
       call json%put('grade', trim(grade_of(v%verdict)))
       call json%put('probability', stated_probability(v))
       call json%put('probability_raw', v%probability)
-      call json%put('probability_map', PROVENANCE)
+      call json%put('probability_map', provenance_of(v%probability_map))
       call json%put('global_p', exp(max(-700.0_rp, v%log_p_global)))
       call json%put('log_global_p', v%log_p_global)
       call json%put('log_p_of_tests', v%log_p_tests)

@@ -9,7 +9,7 @@ program test_region
   use inference_calibration, only: calibration_t, find_statistics, statistics_t
   use inference_decision, only: grade_of, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET
   use inference_design, only: build_design, design_t
-  use inference_probability, only: follow_knots, calibrated_probability
+  use inference_probability, only: follow_knots, calibrated_probability, MAP_OF_BENDING, MAP_OF_VIBRATION
   use inference_region, only: find_region, find_related, region_t, related_t
   use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
@@ -185,7 +185,7 @@ contains
     call test%check_close('without knots', follow_knots(X(:0), Y(:0), 0.37_rp), 0.37_rp, 0.0_rp, 0.0_rp)
     before = 0
     do i = 0, 100
-      p = calibrated_probability(VERDICT_NAMED, i/100.0_rp)
+      p = calibrated_probability(MAP_OF_BENDING, VERDICT_NAMED, i/100.0_rp)
       call test%check('what is stated for names is a probability and never falls', p >= before .and. p <= 1)
       before = p
     end do

@@ -7,21 +7,27 @@ program test_diagnose_verdicts
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: verdict_sentence, verdict_statement
   use inference_decision, only: is_sure_name, stated_probability, stated_rest, withdraw_name, ALIAS, AT_BOUND, LEAST_STATED, &
-                                NO_POWER, VERDICT_NAMED, VERDICT_SET
+                                NO_POWER, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET
   use inference_engine, only: diagnosis_t
-  use inference_probability, only: calibrated_probability
+  use inference_probability, only: calibrated_probability, provenance_of, MAP_OF_BENDING, MAP_OF_VIBRATION
   use testkit, only: testkit_t
   implicit none
   character(*), parameter :: OUTSIDE = 'something that is not in the catalogue ('
   type(testkit_t) :: t
   type(diagnose_settings_t) :: s
   type(diagnosis_t) :: d
+  integer :: map
 
   call t%start(parallel=.false.)
   call make()
-  call test_names()
-  call test_sets()
+  do map = MAP_OF_BENDING, MAP_OF_VIBRATION
+    d%decision%probability_map = map
+    call test_names()
+    call test_sets()
+  end do
+  d%decision%probability_map = MAP_OF_BENDING
   call test_words()
+  call test_maps()
   call t%finish()
 
 contains
@@ -56,15 +62,15 @@ contains
     d%decision%verdict = VERDICT_NAMED
     do i = 1, 300
       p = 1 - 0.5_rp*10**(-0.03_rp*(i - 1))
-      if (is_sure_name(p)) holds = holds .and. p >= 0.9_rp .and. calibrated_probability(VERDICT_NAMED, p) >= LEAST_STATED
+      if (is_sure_name(map, p)) holds = holds .and. p >= 0.9_rp .and. calibrated_probability(map, VERDICT_NAMED, p) >= LEAST_STATED
       d%decision%probability = p
       d%decision%posterior = [p, 1 - p]
-      if (is_sure_name(p)) is_told = is_told .and. told_percent() >= nint(100*LEAST_STATED)
+      if (is_sure_name(map, p)) is_told = is_told .and. told_percent() >= nint(100*LEAST_STATED)
     end do
     call t%check('a name is as sure as the decision asks, by the odds and in blind cases', holds)
     call t%check('and no name is told with less', is_told)
-    call t%check('which names of odds of 0.95 are not',.not. is_sure_name(0.95_rp))
-    call t%check('and those of nearly 1 are', is_sure_name(0.999999_rp))
+    call t%check('which names of odds of 0.89 are not',.not. is_sure_name(map, 0.89_rp))
+    call t%check('and those of nearly 1 are', is_sure_name(map, 0.999999_rp))
   end subroutine test_names
 
   !> Sets of one and two causes with every share of the rest.
@@ -95,7 +101,7 @@ contains
             adds_up = adds_up .and. (abs(sum(stated_rest(d%decision)) + stated_probability(d%decision) - 1) < 1.0e-12_rp &
                                      .or. .not. p < 1) .and. minval(stated_rest(d%decision)) >= 0
             call withdraw_name(d%decision, 'probability')
-            is_less = is_less .and. stated_probability(d%decision) <= calibrated_probability(VERDICT_NAMED, p)
+            is_less = is_less .and. stated_probability(d%decision) <= calibrated_probability(map, VERDICT_NAMED, p)
           end do
         end do
       end do
@@ -117,6 +123,22 @@ contains
     call withdraw_name(d%decision, merge(NO_POWER, 'alias         ', size(d%decision%set) == 1))
   end subroutine make_set
 
+  !> Each kind of data has its own map, and says which.
+  subroutine test_maps()
+    real(rp) :: stated(2)
+    integer :: k
+    d%decision%verdict = VERDICT_ADEQUATE
+    d%decision%probability = 0.75_rp
+    do k = 1, 2
+      d%decision%probability_map = k
+      stated(k) = stated_probability(d%decision)
+      call t%check_close('the probability of a verdict is by the map of its data', stated(k), &
+                         calibrated_probability(k, VERDICT_ADEQUATE, 0.75_rp), 0.0_rp, 0.0_rp)
+    end do
+    call t%check('the two maps differ and name their studies', abs(stated(1) - stated(2)) > 0.01_rp .and. &
+                 provenance_of(MAP_OF_BENDING) /= provenance_of(MAP_OF_VIBRATION))
+  end subroutine test_maps
+
   !> Sentences that are written here.
   subroutine test_words()
     d%decision%set = [1]
@@ -124,7 +146,11 @@ contains
     call make_set(0.5_rp, 0.2_rp, 0.3_rp)
     call t%check('one cause: '//verdict_sentence(s, d), verdict_sentence(s, d) == &
                  'consistent with cause 1; other causes are not excluded: something that is not in the catalogue (17 %), '// &
-                 'several causes at once (26 %) (probability 56 %)')
+                 'several causes at once (26 %) (probability 57 %)')
+    d%decision%wider = [2]
+    call t%check('what it may be a part of: '//verdict_sentence(s, d), index(verdict_sentence(s, d), &
+                 '%); a wider change of which this is a part explains the data as well: cause 2') > 0)
+    d%decision%wider = [integer ::]
     call withdraw_name(d%decision, AT_BOUND)
     call t%check('and why it is no name', index(verdict_sentence(s, d), 'not excluded, because the fitted value reached its '// &
                                                 'bound: something') > 0)

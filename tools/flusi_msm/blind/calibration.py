@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 CODES = {"adequate": 0, "named": 10, "consistent_with_set": 11, "unknown_cause": 12}  # data_insufficient states no probability
 Maps = dict[str, list[tuple[float, float]]]  # verdict: (stated, corrected probability), ascending
 LEAST = 20  # odd cases that a kind needs to get a map
+LEAST_BLOCK = 10  # verdicts behind each point of a map
 
 
 def pool(stated: Sequence[float], right: Sequence[int]) -> list[tuple[float, int, int]]:
@@ -32,11 +33,24 @@ def pool(stated: Sequence[float], right: Sequence[int]) -> list[tuple[float, int
     return [(total / n, hits, n) for total, hits, n in blocks]
 
 
+def merged(blocks: Sequence[tuple[float, int, int]]) -> list[tuple[float, int, int]]:
+    """Returns blocks of at least LEAST_BLOCK verdicts: as long as there is a smaller one, the smallest joins the neighbour whose
+    share of right verdicts is nearest. One verdict tells nearly nothing of a share."""
+    left = list(blocks)
+    while len(left) > 1 and min(n for _, _, n in left) < LEAST_BLOCK:
+        k = min(range(len(left)), key=lambda j: left[j][2])
+        near = min((j for j in (k - 1, k + 1) if 0 <= j < len(left)),
+                   key=lambda j: abs(left[j][1] / left[j][2] - left[k][1] / left[k][2]))
+        (p, hits, n), (q, more, m) = left[min(k, near)], left[max(k, near)]
+        left[min(k, near):max(k, near) + 1] = [((p * n + q * m) / (n + m), hits + more, n + m)]
+    return left
+
+
 def knots_of(stated: Sequence[float], right: Sequence[int]) -> list[tuple[float, float]]:
     """Returns [(stated probability, corrected probability)], both ascending. Half a right and half a wrong verdict are added to
     a block (Jeffreys' prior), so that a few verdicts do not give certainty."""
     knots: list[tuple[float, float]] = []
-    for p, hits, n in pool(stated, right):
+    for p, hits, n in merged(pool(stated, right)):
         value = (hits + 0.5) / (n + 1)
         knots.append((p, max(value, knots[-1][1]) if knots else value))
     return knots
@@ -78,9 +92,8 @@ def table_of(tried: dict[str, Any]) -> str:
             f"cases {tried['ece_raw']:.3f} without, {tried['ece_mapped']:.3f} with it (bar 0.05)")
 
 
-def fortran_of(tried: dict[str, Any], facts: dict[str, Any]) -> str:
-    """Returns the source of src/inference/probability/inference_probability_table.f90. facts: {"seed": .., "program": ..,
-    "cases": ..}."""
+def fortran_of(tried: dict[str, Any], facts: dict[str, Any], module: str) -> str:
+    """Returns the source of this module of src/inference/probability. facts: {"seed": .., "program": .., "cases": ..}."""
     rows = [(CODES[word], p, value) for word, knots in tried["maps"].items() for p, value in knots]
 
     def array(values: Iterable[object]) -> str:
@@ -95,7 +108,7 @@ def fortran_of(tried: dict[str, Any], facts: dict[str, Any]) -> str:
             "this map." if rows else " No study: every probability stays as the odds give it."
     return f"""! SPDX-License-Identifier: GPL-3.0-or-later
 !> Made by bench/diagnosis/run --write-map; do not edit.{error}
-module inference_probability_table
+module {module}
   use base_kinds, only: rp
   implicit none
   private
@@ -106,5 +119,5 @@ module inference_probability_table
   real(rp), parameter :: RAW(KNOTS) = {raw}   !< probability by the odds, ascending for each verdict
   real(rp), parameter :: RIGHT(KNOTS) = {right} !< share of right verdicts
   character(*), parameter :: PROVENANCE = '{origin}'
-end module inference_probability_table
+end module {module}
 """

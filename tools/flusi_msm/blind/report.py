@@ -160,7 +160,8 @@ def print_report(study: ArchivedStudy, folder: Path, count: int, figure: Path | 
     print(calibration_table(tried))
     if map_file:
         programs = sorted({record.get("program", "")[:12] for record in records.values()})
-        map_file.write_text(fortran_of(tried, {"seed": study.seed, "cases": len(cases), "program": " ".join(programs)}))
+        map_file.write_text(fortran_of(tried, {"seed": study.seed, "cases": len(cases), "program": " ".join(programs)},
+                                       map_file.stem))
     for case in cases:
         if case.names_wrongly():
             print(f"  wrong name in {case.name}: {case.sets} for {[c['name'] for c in case.causes] or 'nothing'}, "
