@@ -163,8 +163,7 @@ contains
     type(explained_t) :: one, joint
     integer, allocatable :: order(:)
     real(rp) :: log_joint
-    allocate (decision%causes(0), decision%set(0), decision%wider(0))
-    decision%probability_map = design%probability_map
+    call begin(design%probability_map, decision)
     call find_global_p(calibration%log_p_global(statistics), checks_log_p, decision)
     order = lead_with_part(design, hypotheses, rank_effects(hypotheses))
     call find_joint_causes(design, hypotheses, order, joint, log_joint)
@@ -262,6 +261,15 @@ contains
     decision%reason = ''
     call leave_no_set(decision)
   end subroutine reject_catalogue
+
+  !> Begins a decision that will state its probability by this map, without causes.
+  pure subroutine begin(map, decision)
+    integer, intent(in) :: map
+    type(decision_t), intent(inout) :: decision
+    decision%probability_map = map
+    decision%causes = [integer ::]
+    call leave_no_set(decision)
+  end subroutine begin
 
   !> Empties the set and what is wider than its first effect.
   pure subroutine leave_no_set(decision)

@@ -287,6 +287,9 @@ class Experiments(WithFolder):
                 synthesise(self.case(data, *changes))
 
         refused("noise.hight: unknown; did you mean height", BUSY, "noise.hight=1")
+        refused(r"(?s)^\S+\.json: noise.hight: unknown; did you mean height\?\n\S+\.json: loadz: unknown.*\n\S+\.json: seed = 'x': must",
+                {**BUSY, "loadz": []}, "noise.hight=1", "seed=x")
+        refused("^--set noise: write key=value", BUSY, "noise")
         refused("noise.height = '10um': must be a number, in SI units and without a unit", BUSY, "noise.height=10um")
         refused("seed = 'x': must be a whole number", BUSY, "seed=x")
         refused("wing: required", {"loads": [[0, 0, 1]]})

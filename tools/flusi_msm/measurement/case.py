@@ -11,7 +11,7 @@ import numpy as np
 
 from flusi_msm.bending.model import Stiffness
 from flusi_msm.errors import InputError
-from flusi_msm.measurement.case_file import build, read_json
+from flusi_msm.measurement.case_file import build, mistakes_in, read_json
 from flusi_msm.measurement.noise import Noise, check_noise
 
 PointLoad = tuple[tuple[float, ...], np.ndarray]  # point (2) [m] and force (3) [N]
@@ -74,9 +74,10 @@ CALIBRATION = ("force_by_weight", "height_by_gauge", "position_by_marks", "order
 def read_case(path: str | Path, changes: Sequence[str] = (), drop: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value` and without the sections `drop`. The path of the wing is
     relative to the file's folder."""
-    case = build(Case, read_json(path, changes, drop), "")
-    case.wing = str(Path(path).parent / case.wing)
-    check(case)
+    with mistakes_in(path):
+        case = build(Case, read_json(path, changes, drop), "")
+        case.wing = str(Path(path).parent / case.wing)
+        check(case)
     return case
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_origin, get_type_hints
@@ -47,24 +48,38 @@ def read_json(path: str | Path, changes: Sequence[str] = (), drop: Sequence[str]
     return data
 
 
+@contextmanager
+def mistakes_in(path: str | Path) -> Iterator[None]:
+    """Puts the name of the file before every mistake that is found in it, and not before those of --set."""
+    try:
+        yield
+    except InputError as error:
+        lines = str(error).splitlines()
+        raise InputError("\n".join(line if line.startswith((str(path), "--set ")) else f"{path}: {line}" for line in lines)) from None
+
+
 def build(kind: type[Described], data: Any, section: str) -> Described:
-    """Makes a dataclass from a dictionary; unknown keys and values of another kind are refused."""
+    """Makes a dataclass from a dictionary; unknown keys and values of another kind are refused, all at once, a line for each."""
     if not isinstance(data, dict):
         raise InputError(f"{section or 'the case'}: must be a section {{...}}")
     section += "." if section else ""
     owner: type[Any] = kind
     known = {f.name: f for f in fields(owner)}
-    for key in data:
-        if key not in known:
-            near = difflib.get_close_matches(key, known, 1)
-            raise InputError(f"{section}{key}: unknown" + (f"; did you mean {near[0]}?" if near else
-                                                          f"; known are {', '.join(known)}"))
-    values = {}
+    values, problems = {}, []
     for key, value in data.items():
-        values[key] = convert(owner, key, value, section + key)
+        if key in known:
+            try:
+                values[key] = convert(owner, key, value, section + key)
+            except InputError as error:
+                problems.append(str(error))
+        else:
+            near = difflib.get_close_matches(key, known, 1)
+            problems.append(f"{section}{key}: unknown" + (f"; did you mean {near[0]}?" if near else f"; known are {', '.join(known)}"))
     for name, item in known.items():
-        if name not in values and item.default is MISSING and item.default_factory is MISSING:
-            raise InputError(f"{section}{name}: required")
+        if name not in data and item.default is MISSING and item.default_factory is MISSING:
+            problems.append(f"{section}{name}: required")
+    if problems:
+        raise InputError("\n".join(problems))
     return kind(**values)
 
 

@@ -15,7 +15,7 @@ from flusi_msm.flow2d.beat import Beat
 from flusi_msm.flow2d.grid import Resolution
 from flusi_msm.flow2d.hover import Effort, Section, fly
 from flusi_msm.measurement.balance import Balance, Scatter, averaged, check_names, shown, units_of
-from flusi_msm.measurement.case_file import build, read_json
+from flusi_msm.measurement.case_file import build, mistakes_in, read_json
 
 
 @dataclass
@@ -122,8 +122,9 @@ class Case:
 
 def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`."""
-    case = build(Case, read_json(path, changes), "")
-    check(case)
+    with mistakes_in(path):
+        case = build(Case, read_json(path, changes), "")
+        check(case)
     return case
 
 

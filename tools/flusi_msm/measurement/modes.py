@@ -19,7 +19,7 @@ from flusi_msm.bending.model import Model, Stiffness
 from flusi_msm.bending.statics import Path as LoadingPath
 from flusi_msm.errors import InputError
 from flusi_msm.measurement.case import load_of
-from flusi_msm.measurement.case_file import build, read_json
+from flusi_msm.measurement.case_file import build, mistakes_in, read_json
 from flusi_msm.wing.file import Wing, read_wing
 
 DECAYING = 40  # undamped modes in which damped ones are found
@@ -101,18 +101,19 @@ class Case:
 def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
     """
-    case = build(Case, read_json(path, changes), "")
-    if case.medium not in ("air", "vacuum"):
-        raise InputError(f"medium is air or vacuum, not {case.medium}")
-    case.damping.check()
-    if case.damping.drag:
-        raise InputError("damping.drag: drag with the square of the speed has no damping ratio; give it to make_series")
-    if case.stiffness.pretension or any(case.stiffness.camber):
-        raise InputError("modes are those of a wing that is flat and free of stress at rest: no pretension, no camber")
-    if any(case.stiffness.root_compliance) and is_loaded(case):
-        raise InputError("modes under loads are those of a stiff clamp: no root_compliance")
-    case.loads = [load_of(row, number) for number, row in enumerate(case.loads, 1)]
-    case.wing = str(Path(path).parent / case.wing)
+    with mistakes_in(path):
+        case = build(Case, read_json(path, changes), "")
+        if case.medium not in ("air", "vacuum"):
+            raise InputError(f"medium is air or vacuum, not {case.medium}")
+        case.damping.check()
+        if case.damping.drag:
+            raise InputError("damping.drag: drag with the square of the speed has no damping ratio; give it to make_series")
+        if case.stiffness.pretension or any(case.stiffness.camber):
+            raise InputError("modes are those of a wing that is flat and free of stress at rest: no pretension, no camber")
+        if any(case.stiffness.root_compliance) and is_loaded(case):
+            raise InputError("modes under loads are those of a stiff clamp: no root_compliance")
+        case.loads = [load_of(row, number) for number, row in enumerate(case.loads, 1)]
+        case.wing = str(Path(path).parent / case.wing)
     return case
 
 

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import splu
 from flusi_msm.bending.mesh import locate, refine
 from flusi_msm.bending.model import Model, Stiffness
 from flusi_msm.errors import InputError
-from flusi_msm.measurement.case_file import build, read_json
+from flusi_msm.measurement.case_file import build, mistakes_in, read_json
 from flusi_msm.measurement.modes import Damping, Mass, mass_matrix, on_clamp, resting_stiffness, triangle_areas
 from flusi_msm.wing.file import read_wing
 
@@ -69,22 +69,23 @@ class Case:
 def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
     """
-    case = build(Case, read_json(path, changes), "")
-    for key, valid in ("medium", ("air", "vacuum")), ("excitation", ("release", "tap", "base")), ("units", ("m", "m/s")):
-        if getattr(case, key) not in valid:
-            raise InputError(f"{key} is {' or '.join(valid)}, not {getattr(case, key)}")
-    if not case.places:
-        raise InputError("places: needs at least one (x, y)")
-    case.damping.check()
-    if len(case.shake) not in (0, 3):
-        raise InputError(f"shake: needs a size [m/s^2], a frequency [Hz] and a phase [rad], not {len(case.shake)} numbers")
-    if case.damping.drag and case.medium == "vacuum":
-        raise InputError("damping.drag: there is none in a vacuum; set medium=air, or remove drag")
-    if case.lag < 0:
-        raise InputError(f"lag: must not be negative, not {case.lag}")
-    if case.stiffness.pretension or any(case.stiffness.camber):
-        raise InputError("the wing is flat and free of stress at rest: no pretension, no camber")
-    case.wing = str(Path(path).parent / case.wing)
+    with mistakes_in(path):
+        case = build(Case, read_json(path, changes), "")
+        for key, valid in ("medium", ("air", "vacuum")), ("excitation", ("release", "tap", "base")), ("units", ("m", "m/s")):
+            if getattr(case, key) not in valid:
+                raise InputError(f"{key} is {' or '.join(valid)}, not {getattr(case, key)}")
+        if not case.places:
+            raise InputError("places: needs at least one (x, y)")
+        case.damping.check()
+        if len(case.shake) not in (0, 3):
+            raise InputError(f"shake: needs a size [m/s^2], a frequency [Hz] and a phase [rad], not {len(case.shake)} numbers")
+        if case.damping.drag and case.medium == "vacuum":
+            raise InputError("damping.drag: there is none in a vacuum; set medium=air, or remove drag")
+        if case.lag < 0:
+            raise InputError(f"lag: must not be negative, not {case.lag}")
+        if case.stiffness.pretension or any(case.stiffness.camber):
+            raise InputError("the wing is flat and free of stress at rest: no pretension, no camber")
+        case.wing = str(Path(path).parent / case.wing)
     return case
 
 
