@@ -41,7 +41,7 @@ for ((i = 1; i <= kills; i++)); do
   if [ -n "$(tail -c 1 write.log)" ]; then sed -i '$d' write.log; cut=1; fi
   committed=$(grep -o 'committed [0-9][0-9]*' write.log | tail -1 | cut -d' ' -f2)
   committed=${committed:-$newest}
-  if ! result=$(timeout 120 "$mpiexec" -n 2 "$program" verify 2>&1); then
+  if ! result=$(timeout 300 "$mpiexec" -n 2 "$program" verify 2>&1); then
     echo "FAIL: kill $i after $delay s left no valid checkpoint: $result"; exit 1
   fi
   found=$(echo "$result" | grep -o 'newest [0-9]*' | cut -d' ' -f2)
