@@ -10,7 +10,7 @@ import re
 import shutil
 import signal
 
-from whole_program import EXIT_USER, check, close, main, ring, sphere
+from whole_program import ALIVE, EXIT_USER, check, close, main, ring, sphere
 
 ALL_FIELDS = {"iSaveVelocity": "yes", "iSaveVorticity": "yes", "iSavePress": "yes", "iSaveMask": "yes",
               "iSaveMagVorticity": "yes", "iSaveSolidVelocity": "yes", "iSaveQ": "yes", "iSaveSpectrae": "yes"}
@@ -314,7 +314,7 @@ def test_killed(case):
     case.start("run.ini")
     case.wait_for_steps(40)
     case.process.send_signal(signal.SIGKILL)
-    case.process.wait(10)
+    case.process.wait(ALIVE)
     steps = {}
     for name in [n for n in case.files() if n.endswith(".t")]:
         text = (case.folder / name).read_text()

@@ -6,6 +6,7 @@ number of ranks, and no verdict of before is left meanwhile.
 usage: msm_diagnose_kill.py <msm_diagnose> <h5dump> [tests]     in the environment FLUSI_TEST_SEED repeats the kills, and
 FLUSI_TEST_KILLS tells how many of each test
 """
+import contextlib
 import os
 import random
 import signal
@@ -23,8 +24,9 @@ def text_of(refine):
 
 
 def size(case):
-    path = case.folder / JOURNAL
-    return path.stat().st_size if path.exists() else 0
+    with contextlib.suppress(FileNotFoundError):  # it goes when the diagnosis ends
+        return (case.folder / JOURNAL).stat().st_size
+    return 0
 
 
 def kill(case, ranks, dice, whole):

@@ -12,7 +12,7 @@ import time
 
 import h5py
 import numpy as np
-from whole_program import EXIT_STOPPED, SOURCE, check, main
+from whole_program import ALIVE, EXIT_STOPPED, SOURCE, check, main
 
 from flusi_msm.measurement.case import read_case
 from flusi_msm.measurement.file import write_test
@@ -109,7 +109,7 @@ def check_path(file, lowest):
 def stop_in_moves(case, ini):
     """SIGTERM once two moves have ended and another one has begun."""
     case.start(ini)
-    end = time.monotonic() + 120
+    end = time.monotonic() + ALIVE
     while not re.search(r"^polish from move [3-9]", case.out.read_text(), re.M):
         check(case.process.poll() is None and time.monotonic() < end, f"a move begins:\n{case.out.read_text()}")
         time.sleep(0.01)

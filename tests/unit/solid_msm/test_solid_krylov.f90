@@ -5,6 +5,7 @@
 program test_solid_krylov
   use base_errors, only: failure_t
   use base_kinds, only: rp
+  use base_random, only: random_stream_t
   use model_variation, only: set_parameter
   use sample_wings, only: make_beam
   use solid_cholesky, only: cholesky_t
@@ -28,19 +29,21 @@ program test_solid_krylov
 
 contains
 
-  !> A chain of random symmetric positive definite blocks, factors of one whose diagonal is a fifth larger.
+  !> A chain of random symmetric positive definite blocks, the same in each run, factors of one whose diagonal is a fifth larger.
   subroutine invert_random()
     integer, parameter :: N = 30
     real(rp), parameter :: ENOUGH = 1.0e-6_rp
     type(pattern_t) :: pattern
     type(cholesky_t) :: cholesky
     type(krylov_t) :: krylov
+    type(random_stream_t) :: random
     real(rp), allocatable :: blocks(:, :, :), dense(:, :), still(:, :)
     real(rp) :: b(3, N), x(3, N), turns(3, N), left, residual(3*N), e(3)
     integer :: i, j, k, c
     pattern = make_pattern(N, reshape([([i, i + 1], i=1, N - 1), ([i, i + 7], i=1, N - 7)], [2, 2*N - 8]))
     allocate (blocks(3, 3, size(pattern%rows)), dense(3*N, 3*N), still(3, N))
-    call random_number(blocks)
+    random%seed = 1
+    blocks = reshape(uniforms(random, size(blocks)), shape(blocks))
     do j = 1, N
       k = pattern%start(j + 1) - 1
       blocks(:, :, k) = blocks(:, :, k) + transpose(blocks(:, :, k))
@@ -48,9 +51,8 @@ contains
         blocks(c, c, k) = blocks(c, c, k) + 15 ! more than the four blocks beside it can hold
       end do
     end do
-    call random_number(b)
-    call random_number(turns)
-    turns = 20*turns - 10
+    b = reshape(uniforms(random, 3*N), [3, N])
+    turns = 20*reshape(uniforms(random, 3*N), [3, N]) - 10
     still = 0
     dense = 0
     do j = 1, N
@@ -83,6 +85,17 @@ contains
     call krylov%free()
     call cholesky%free()
   end subroutine invert_random
+
+  !> The next n numbers between 0 and 1.
+  function uniforms(random, n) result(x)
+    type(random_stream_t), intent(inout) :: random
+    integer, intent(in) :: n
+    real(rp) :: x(n)
+    integer :: i
+    do i = 1, n
+      x(i) = random%uniform()
+    end do
+  end function uniforms
 
   !> Factorises the blocks with diagonal blocks `factor` times as large.
   subroutine factorise(pattern, blocks, factor, cholesky)

@@ -73,7 +73,7 @@ class Demo(unittest.TestCase):
             self.run_step(self.step("open('out', 'w'); sys.exit(20)", good_codes=(0, 10, 11, 12)))
 
     def test_interrupted_step_is_ended(self):
-        step = self.step("print('begun', flush=True); import time; time.sleep(5); open('out', 'w')")
+        step = self.step("print('begun', flush=True); import time; time.sleep(60); open('out', 'w')")
 
         def interrupt(lines, log, is_live):
             next(iter(lines))
