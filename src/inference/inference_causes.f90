@@ -90,18 +90,23 @@ contains
 
   !> Withdraws a name if a cause has no interval that excludes its null, if such an estimate lies at a bound, or if the fit does
   !> not predict better than the baseline. If one of several causes fails, the others get no name either, because they have been
-  !> found to explain too little.
-  subroutine withdraw_unsupported(options, support, prediction, decision)
+  !> found to explain too little. Where the baseline can take the values that the data show, though these are far from what was
+  !> known, the extended fit gains more of the priors than of the data. It then cannot predict better, and must not predict worse.
+  subroutine withdraw_unsupported(options, support, prediction, baseline, extended, decision)
     type(diagnosis_options_t), intent(in) :: options
     type(support_t), intent(in) :: support
     type(prediction_t), intent(in) :: prediction
+    type(nested_fit_t), intent(in) :: baseline, extended
     type(decision_t), intent(inout) :: decision
+    real(rp) :: least
     if (decision%verdict /= VERDICT_NAMED) return
+    least = prediction%gain_error
+    if (baseline%prior_chi2 - extended%prior_chi2 > max(0.0_rp, baseline%chi2 - extended%chi2)) least = -prediction%gain_error
     if (options%finds_intervals .and. .not. support%is_null_excluded) then
       call withdraw_name(decision, NO_INTERVAL)
     else if (support%is_at_bound) then
       call withdraw_name(decision, AT_BOUND)
-    else if (options%validates .and. .not. (prediction%has_gain .and. prediction%gain > prediction%gain_error)) then
+    else if (options%validates .and. .not. (prediction%has_gain .and. prediction%gain > least)) then
       call withdraw_name(decision, NO_GAIN)
     end if
   end subroutine withdraw_unsupported

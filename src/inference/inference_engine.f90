@@ -96,7 +96,7 @@ contains
     if (options%finds_intervals .and. .not. d%extended_scale > LARGEST_SCALE) call find_cause_intervals(simulator, options, about, &
                        max(d%tests%scale, d%extended_scale), d%decision%causes, d%extended, d%intervals, d%support)
     if (options%validates) call validate_causes(simulator, options, about, d%extended, d%prediction)
-    call withdraw_unsupported(options, d%support, d%prediction, d%decision)
+    call withdraw_unsupported(options, d%support, d%prediction, d%model%baseline, d%extended, d%decision)
   end subroutine run_diagnosis
 
   !> Makes the model of which everything else is a test: fits the baseline, and builds the design about its fit. `state` then

@@ -6,9 +6,12 @@ program test_decision
   use base_kinds, only: i8, rp
   use diagnosis_beam, only: beam_t, make_beam, E_DRIFT, E_OFFSET
   use inference_calibration, only: calibration_t, find_statistics, statistics_t
-  use inference_decision, only: decide, decision_t, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use inference_causes, only: withdraw_unsupported
+  use inference_decision, only: decide, decision_t, NO_GAIN, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
   use inference_design, only: build_design, design_t
   use inference_hypotheses, only: hypotheses_t, log_odds_unknown, log_prior
+  use inference_record, only: diagnosis_options_t, prediction_t, support_t
+  use inference_refit, only: nested_fit_t
   use inference_rejection, only: imitation
   use least_squares_state, only: solver_state_t
   use testkit, only: testkit_t
@@ -36,6 +39,7 @@ program test_decision
   call test_joint_causes()
   call test_imitation()
   call test_wider()
+  call test_prediction()
   call test%finish()
 
 contains
@@ -177,6 +181,40 @@ contains
     call judge(other, z, hypotheses, one)
     call test%check('a wider effect that leads by much is the cause', one%set(1) == E_OFFSET .and. size(one%wider) == 0)
   end subroutine test_wider
+
+  !> A name needs a better prediction if its fit gains more of the data, and one that is not worse if it gains more of the priors.
+  subroutine test_prediction()
+    real(rp), parameter :: BETTER = 0.6_rp, EVEN = -0.2_rp, WORSE = -0.6_rp, OF_DATA = 30, OF_PRIORS = 90
+    call test%check('a better prediction is enough for what the data show', keeps_name(BETTER, OF_DATA, 0.0_rp) .and. &
+                    keeps_name(BETTER, OF_PRIORS, OF_DATA))
+    call test%check('  and needed',.not. (keeps_name(EVEN, OF_DATA, 0.0_rp) .or. keeps_name(EVEN, OF_PRIORS, OF_DATA)))
+    call test%check('an even one for what was known otherwise', keeps_name(EVEN, OF_DATA, OF_PRIORS) .and. &
+                    keeps_name(EVEN, -OF_DATA, OF_PRIORS))
+    call test%check('  but none that is worse',.not. keeps_name(WORSE, OF_DATA, OF_PRIORS))
+    call test%check('priors that lose do not count',.not. keeps_name(EVEN, -OF_PRIORS, -OF_DATA))
+  end subroutine test_prediction
+
+  !> Whether a name stands whose prediction gains this, with an error of 0.5, and whose fit gains this of the data and the priors.
+  logical function keeps_name(gain, of_data, of_priors)
+    real(rp), intent(in) :: gain, of_data, of_priors
+    type(diagnosis_options_t) :: options
+    type(support_t) :: support
+    type(prediction_t) :: prediction
+    type(nested_fit_t) :: baseline, extended
+    type(decision_t) :: one
+    options%validates = .true.
+    support%is_null_excluded = .true.
+    prediction = prediction_t(gain=gain, gain_error=0.5_rp, has_gain=.true.)
+    baseline%chi2 = 300 + of_data
+    baseline%prior_chi2 = 100 + of_priors
+    extended%chi2 = 300
+    extended%prior_chi2 = 100
+    allocate (one%causes(0), one%set(0), one%wider(0), one%posterior(0))
+    one%verdict = VERDICT_NAMED
+    call withdraw_unsupported(options, support, prediction, baseline, extended, one)
+    keeps_name = one%verdict == VERDICT_NAMED
+    call test%check('  the reason is told', keeps_name .neqv. one%reason == NO_GAIN)
+  end function keeps_name
 
   !> The direction of the offset without that of drift.
   function second() result(direction)
