@@ -54,7 +54,7 @@ module inference_decision
     !> these causes jointly; set, at least one of these is a cause; unknown, a cause that is not in the catalogue.
     real(rp) :: probability = 0
     integer, allocatable :: causes(:)       !< candidates of the best explanation
-    !> Effects of which at least one is a cause: those that alone explain the data equally well, best first, or all causes.
+    !> Effects of which at least one is a cause: those that alone explain the data equally well, the cause first, or all causes.
     integer, allocatable :: set(:)
     integer, allocatable :: wider(:)        !< effects that contain the first of the set and explain the data as well
     logical :: is_joint = .false.           !< the set is no choice: its members explain the data jointly
@@ -160,14 +160,15 @@ contains
     integer(i8), intent(in) :: seed
     type(decision_t), intent(out) :: decision
     real(rp), intent(in), optional :: checks_log_p
-    type(explained_t) :: one, joint
+    type(explained_t) :: joint
     integer, allocatable :: order(:)
     real(rp) :: log_joint
     call begin(design%probability_map, decision)
     call find_global_p(calibration%log_p_global(statistics), checks_log_p, decision)
-    order = lead_with_part(design, hypotheses, rank_effects(hypotheses))
+    order = rank_effects(hypotheses)
     call find_joint_causes(design, hypotheses, order, joint, log_joint)
     call find_posterior(hypotheses, size(order), log_joint, decision)
+    order = lead_with_part(design, hypotheses, order, z)
     if (size(order) == 0 .and. size(design%families) == 0 .and. .not. decision%is_rejected_by_checks) return
     if (decision%log_p_global > log(LEVEL)) then
       decision%verdict = VERDICT_ADEQUATE
@@ -178,16 +179,9 @@ contains
     decision%probability = decision%posterior_unknown
     if (decision%is_rejected_by_checks) call reject_catalogue(decision, rejected_probability(decision))
     if (decision%is_rejected_by_checks .or. size(order) == 0) return
-    call explain(design, [hypotheses%best(order(1))], z, one)
-    decision%causes = one%members
-    decision%snr = sqrt(one%square)
-    decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
-    if (hypotheses%is_fitted(order(1))) then
-      decision%snr = sqrt(max(one%square, hypotheses%gain(order(1))))
-      decision%remainder_log_p = hypotheses%remainder(order(1))
-    end if
+    call explain_by_one(design, calibration, hypotheses, order(1), z, decision)
     if (decision%remainder_log_p > log(REMAINDER_LEVEL) .and. &
-        decision%posterior_joint <= SECOND_ODDS*decision%posterior(order(1))) then
+        decision%posterior_joint <= SECOND_ODDS*maxval(decision%posterior)) then
       call find_rivals(design, hypotheses, order, z, decision%set, decision%wider)
       if (decision%posterior_unknown > max(LEAST_UNKNOWN, probability_of_set(decision))) then
         call leave_no_set(decision)
@@ -211,6 +205,25 @@ contains
       call reject_catalogue(decision, rejected_probability(decision))
     end if
   end subroutine decide
+
+  !> Explains z(k) by one effect: its best candidate is the cause.
+  subroutine explain_by_one(design, calibration, hypotheses, effect, z, decision)
+    type(design_t), intent(in) :: design
+    type(calibration_t), intent(in) :: calibration
+    type(hypotheses_t), intent(in) :: hypotheses
+    integer, intent(in) :: effect
+    real(rp), intent(in) :: z(:)
+    type(decision_t), intent(inout) :: decision
+    type(explained_t) :: one
+    call explain(design, [hypotheses%best(effect)], z, one)
+    decision%causes = one%members
+    decision%snr = sqrt(one%square)
+    decision%remainder_log_p = remainder_log_p(design, calibration, one%left)
+    if (hypotheses%is_fitted(effect)) then
+      decision%snr = sqrt(max(one%square, hypotheses%gain(effect)))
+      decision%remainder_log_p = hypotheses%remainder(effect)
+    end if
+  end subroutine explain_by_one
 
   !> Finds the p of tests and of checks, each with its fraction of the level, and whether the checks alone speak against the
   !> baseline.
@@ -327,7 +340,8 @@ contains
     integer :: i
     decision%name_power = name_power(design, calibration, design%candidates(decision%causes)%effect, &
                                      decision%snr, log(REMAINDER_LEVEL), POWER_DRAWS, seed)
-    decision%has_further = any([(any(joint == decision%set(i)), i=1, size(decision%set))])
+    decision%has_further = any([(any(joint == decision%set(i)), i=1, size(decision%set))]) .or. &
+                           any([(any(joint == decision%wider(i)), i=1, size(decision%wider))])
     if (decision%is_joint) then
       is_name = .true.
       decision%probability = decision%posterior_joint

@@ -17,20 +17,27 @@ module inference_rivals
 
 contains
 
-  !> Returns the effects of `ranked`, the most probable first. In front is the most probable part of the first effect, if it is
-  !> not behind by more than ALIAS_LOSS.
-  pure function lead_with_part(design, hypotheses, ranked) result(order)
+  !> Returns the effects of `ranked`, the most probable first. In front is the most probable part of the first effect, if there is
+  !> one that explains as much: it is behind by no more than ALIAS_LOSS in evidence, and in likelihood, by fits where both were
+  !> fitted, else by what tangents expect. z(k) is in units of the noise.
+  function lead_with_part(design, hypotheses, ranked, z) result(order)
     type(design_t), intent(in) :: design
     type(hypotheses_t), intent(in) :: hypotheses
     integer, intent(in) :: ranked(:)
+    real(rp), intent(in) :: z(:)
     integer, allocatable :: order(:)
+    real(rp) :: loss, fraction
     integer :: i
     order = ranked
     do i = 2, size(order)
       if (hypotheses%effect(order(1)) - hypotheses%effect(order(i)) > ALIAS_LOSS) return
-      associate (best => hypotheses%best)
-        if (.not. is_part_of(design%candidates(best(order(i))), design%candidates(best(order(1))))) cycle
+      associate (part => hypotheses%best(order(i)), whole => hypotheses%best(order(1)))
+        if (.not. is_part_of(design%candidates(part), design%candidates(whole))) cycle
+        call expect_loss(design, whole, part, z, loss, fraction)
       end associate
+      if (hypotheses%is_fitted(order(1)) .and. hypotheses%is_fitted(order(i))) &
+        loss = 0.5_rp*(hypotheses%left(order(i)) - hypotheses%left(order(1)))
+      if (loss > ALIAS_LOSS) cycle
       order(:i) = [ranked(i), ranked(:i - 1)]
       return
     end do

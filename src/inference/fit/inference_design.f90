@@ -13,6 +13,7 @@ module inference_design
   use base_parameter, only: parameter_t
   use inference_effect_size, only: effect_size_prior_t
   use inference_families, only: family_t, make_families
+  use inference_probability, only: MAP_OF_BENDING
   use inference_simulator, only: simulator_t, TANGENT_ERROR
   use inference_span, only: find_span
   use inference_weights, only: cell_weights
@@ -47,7 +48,7 @@ module inference_design
   type :: design_t
     real(rp), allocatable :: q(:)           !< the point at which tangents were taken
     type(whitener_t) :: whitener
-    integer :: probability_map = 0          !< that of the simulator
+    integer :: probability_map = MAP_OF_BENDING !< that of the simulator
     integer :: k = 0
     integer :: n_rows = 0                   !< observations and priors
     real(rp) :: margin = 0                  !< of the span of z: see inference_span

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Maps the probability that the odds give to a verdict to the fraction of such verdicts that were right in a study of blind
 !> cases, by isotonic regression (Zadrozny and Elkan 2002, DOI 10.1145/775047.775151), with one map for each kind of verdict.
-!> Each kind of data has its own study. bench/diagnosis/run learns a map and writes it as a module of this folder.
+!> Bending tests, and natural modes and records without them, have studies of their own; flights alone have none and take the map
+!> of bending. bench/diagnosis/run learns a map and writes it as a module of this folder.
 module inference_probability
   use base_kinds, only: rp
   use inference_probability_of_bending, only: BENDING_RAW => RAW, BENDING_RIGHT => RIGHT, BENDING_VERDICT => VERDICT, &

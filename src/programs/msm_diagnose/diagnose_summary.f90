@@ -196,7 +196,8 @@ contains
     do i = 1, size(d%decision%wider)
       text = text//' or '//s%catalogue%effects(d%decision%wider(i))%title
     end do
-    if (text /= '') text = '; a wider change of which this is a part explains the data as well: '//text(5:)
+    if (text /= '') text = '; '//s%catalogue%effects(d%decision%set(1))%title//' may be a part of a wider change, '// &
+                           'which explains the data as well: '//text(5:)
   end function wider_text
 
   !> Returns the causes of the verdict with 'and' between them.

@@ -13,7 +13,8 @@ program test_engine
   use inference_fit_checks, only: check_fit
   use inference_residual_checks, only: residual_check_t
   use inference_calibration, only: calibration_t, find_statistics, statistics_t
-  use inference_decision, only: decide, decision_t, AT_BOUND, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, VERDICT_UNKNOWN
+  use inference_decision, only: decide, decision_t, probability_of_set, AT_BOUND, VERDICT_ADEQUATE, VERDICT_NAMED, VERDICT_SET, &
+                                VERDICT_UNKNOWN
   use inference_design, only: build_design, design_t
   use inference_engine, only: diagnosis_options_t, diagnosis_t, run_diagnosis
   use inference_hypotheses, only: hypotheses_t
@@ -105,7 +106,7 @@ contains
     real(rp), parameter :: ROUNDING = 1.0e-12_rp
     real(rp) :: least, most
     associate (v => decision)
-      least = sum(v%posterior(v%set))
+      least = probability_of_set(v)
       most = least + v%posterior_joint    ! those of the set, with others or without
       select case (v%verdict)
       case (VERDICT_ADEQUATE)

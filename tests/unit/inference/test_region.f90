@@ -177,17 +177,19 @@ contains
   subroutine test_stated()
     real(rp), parameter :: X(3) = [0.2_rp, 0.6_rp, 0.8_rp], Y(3) = [0.1_rp, 0.5_rp, 0.9_rp]
     real(rp) :: p, before
-    integer :: i
+    integer :: i, map
     call test%check_close('half way between knots', follow_knots(X, Y, 0.7_rp), 0.7_rp, 1.0e-15_rp, 0.0_rp)
     call test%check_close('before the first', follow_knots(X, Y, 0.0_rp), 0.1_rp, 0.0_rp, 0.0_rp)
     call test%check_close('behind the last', follow_knots(X, Y, 1.0_rp), 0.9_rp, 0.0_rp, 0.0_rp)
     call test%check_close('at a knot', follow_knots(X, Y, 0.6_rp), 0.5_rp, 1.0e-15_rp, 0.0_rp)
     call test%check_close('without knots', follow_knots(X(:0), Y(:0), 0.37_rp), 0.37_rp, 0.0_rp, 0.0_rp)
-    before = 0
-    do i = 0, 100
-      p = calibrated_probability(MAP_OF_BENDING, VERDICT_NAMED, i/100.0_rp)
-      call test%check('what is stated for names is a probability and never falls', p >= before .and. p <= 1)
-      before = p
+    do map = MAP_OF_BENDING, MAP_OF_VIBRATION
+      before = 0
+      do i = 0, 100
+        p = calibrated_probability(map, VERDICT_NAMED, i/100.0_rp)
+        call test%check('what is stated for names is a probability and never falls', p >= before .and. p <= 1)
+        before = p
+      end do
     end do
     call test%check('names have grade A, sets B, other verdicts none', &
                     grade_of(VERDICT_NAMED)//grade_of(VERDICT_SET)//grade_of(VERDICT_ADEQUATE) == 'AB ')

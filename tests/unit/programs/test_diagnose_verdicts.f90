@@ -145,11 +145,11 @@ contains
     d%decision%wider = [integer ::]
     call make_set(0.5_rp, 0.2_rp, 0.3_rp)
     call t%check('one cause: '//verdict_sentence(s, d), verdict_sentence(s, d) == &
-                 'consistent with cause 1; other causes are not excluded: something that is not in the catalogue (17 %), '// &
-                 'several causes at once (26 %) (probability 57 %)')
+                 'consistent with cause 1; other causes are not excluded: something that is not in the catalogue (18 %), '// &
+                 'several causes at once (27 %) (probability 55 %)')
     d%decision%wider = [2]
     call t%check('what it may be a part of: '//verdict_sentence(s, d), index(verdict_sentence(s, d), &
-                 '%); a wider change of which this is a part explains the data as well: cause 2') > 0)
+                 '%); cause 1 may be a part of a wider change, which explains the data as well: cause 2') > 0)
     d%decision%wider = [integer ::]
     call withdraw_name(d%decision, AT_BOUND)
     call t%check('and why it is no name', index(verdict_sentence(s, d), 'not excluded, because the fitted value reached its '// &

@@ -287,7 +287,7 @@ class Experiments(WithFolder):
                 synthesise(self.case(data, *changes))
 
         refused("noise.hight: unknown; did you mean height", BUSY, "noise.hight=1")
-        refused(r"(?s)^\S+\.json: noise.hight: unknown; did you mean height\?\n\S+\.json: loadz: unknown.*\n\S+\.json: seed = 'x': must",
+        refused(r"(?s)^--set noise.hight: unknown; did you mean height\?\n\S+\.json: loadz: unknown.*\n--set seed = 'x': must",
                 {**BUSY, "loadz": []}, "noise.hight=1", "seed=x")
         refused("^--set noise: write key=value", BUSY, "noise")
         refused("noise.height = '10um': must be a number, in SI units and without a unit", BUSY, "noise.height=10um")

@@ -18,7 +18,7 @@ SCHEMA, VERSION = "flusi-msm study of msm_diagnose", 1
 DIGITS = 9  # of numbers
 RECORD = ("program", "exit_code", "cpu_seconds", "seconds", "problem", "verdict", "mesh_band", "chi2")
 DETAILS = ("causes", "global_p", "log_global_p", "is_together", "posterior_none", "posterior_unknown", "probability_map",
-           "rejection_power", "imitation", "related", "remainder_log_p", "set_because", "snr")
+           "rejection_power", "imitation", "related", "remainder_log_p", "set", "set_because", "snr", "wider")
 LEADER = ("name", "variant", "log_evidence", "p", "posterior", "retained")
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 CODES = {"adequate": 0, "named": 10, "consistent_with_set": 11, "unknown_cause": 12}  # data_insufficient states no probability
 Maps = dict[str, list[tuple[float, float]]]  # verdict: (stated, corrected probability), ascending
 LEAST = 20  # odd cases that a kind needs to get a map
-LEAST_BLOCK = 10  # verdicts behind each point of a map
+LEAST_BLOCK = 7  # verdicts behind each point of a map
 
 
 def pool(stated: Sequence[float], right: Sequence[int]) -> list[tuple[float, int, int]]:

@@ -21,6 +21,7 @@ WORDS = {"adequate": "The model is adequate", "named": "The cause has a name",
 SMALL = 0.05  # p below which something was found
 STUDY = ("A study of cases whose causes were hidden from the program has told how often it is right when the odds are these "
          "(docs/results/blind-tests.md).")
+NO_STUDY = "It is that of the odds."
 # What the stated probability refers to.
 SURE = {"adequate": "that nothing which these data could show is missing from the model",
         "named": "that this cause is really there",
@@ -87,6 +88,9 @@ def lead(diagnosis: dict[str, Any]) -> str:
         return "Something makes the wing differ from the model, and nothing in the catalogue explains it."
     told = [one.get("finding") or titles.get(one["effect"], one["effect"]) for one in verdict["causes"]]
     text = " ".join(f"{pretty(one)}." for one in told)
+    wider = " or ".join(pretty(titles[name]) for name in verdict.get("wider", []))
+    if wider:
+        text += f" It may be a part of a wider change, which explains the data as well: {wider}."
     if word != "consistent_with_set":
         return text
     names = "; ".join(pretty(titles[name]) for name in verdict["set"])
@@ -115,7 +119,7 @@ def sureness(diagnosis: dict[str, Any]) -> str:
     if word not in SURE:
         return ""
     text = f"<b>How sure is that? {share(verdict['probability'])}</b> is the probability " \
-           f"{SURE['together' if is_together(verdict) and word == 'named' else word]}. " + STUDY
+           f"{SURE['together' if is_together(verdict) and word == 'named' else word]}. " + (NO_STUDY if verdict.get("probability_map", "").startswith("none") else STUDY)
     if word == "named":
         text += " Of an unknown cause that is as strong the same rules would hardly have said this name."
     if word == "consistent_with_set":
@@ -221,7 +225,7 @@ def alternatives(diagnosis: dict[str, Any]) -> str:
     rows = []
     for name in verdict["set"]:
         found = pretty(known[name].get("finding", "")) or "It was not fitted alone."
-        rows.append((pretty(known[name]["title"]), badge("roughly", "fits best") if name in first
+        rows.append((pretty(known[name]["title"]), badge("roughly", "the first") if name in first
                      else badge("open", "cannot be excluded"), pretty(known[name]["sentence"]), found))
     note = ("<p>What fits worse stays a candidate if it does nearly the same to the wing as the first: only what was assumed of "
             "other parameters beforehand, or chance, speaks against it. Another measurement decides, see the end of this page.</p>"
@@ -257,6 +261,8 @@ def standing(effect: dict[str, Any], diagnosis: dict[str, Any]) -> tuple[str, st
             return ("determined" if verdict["word"] == "named" else "roughly", "the cause" if verdict["word"] == "named" else "fits best")
         if effect["name"] in verdict["set"]:
             return ("roughly", "cannot be excluded")
+        if effect["name"] in verdict.get("wider", []):
+            return ("roughly", "may contain the cause")
     if effect["name"] in {one["effect"] for one in verdict.get("related", [])}:
         return ("open", "related, not sufficient")
     if effect["p"] > SMALL:

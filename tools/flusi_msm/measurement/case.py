@@ -74,7 +74,7 @@ CALIBRATION = ("force_by_weight", "height_by_gauge", "position_by_marks", "order
 def read_case(path: str | Path, changes: Sequence[str] = (), drop: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value` and without the sections `drop`. The path of the wing is
     relative to the file's folder."""
-    with mistakes_in(path):
+    with mistakes_in(path, changes):
         case = build(Case, read_json(path, changes, drop), "")
         case.wing = str(Path(path).parent / case.wing)
         check(case)

@@ -49,13 +49,19 @@ def read_json(path: str | Path, changes: Sequence[str] = (), drop: Sequence[str]
 
 
 @contextmanager
-def mistakes_in(path: str | Path) -> Iterator[None]:
-    """Puts the name of the file before every mistake that is found in it, and not before those of --set."""
+def mistakes_in(path: str | Path, changes: Sequence[str] = ()) -> Iterator[None]:
+    """Puts the name of the file before every mistake that is found in it, and --set before those of the keys that it changes."""
+    changed = {change.partition("=")[0].strip() for change in changes}
+
+    def named(line: str) -> str:
+        if line.startswith((f"{path}: ", "--set ")):
+            return line
+        return f"--set {line}" if line.replace(":", " ").split()[0] in changed else f"{path}: {line}"
+
     try:
         yield
     except InputError as error:
-        lines = str(error).splitlines()
-        raise InputError("\n".join(line if line.startswith((str(path), "--set ")) else f"{path}: {line}" for line in lines)) from None
+        raise InputError("\n".join(named(line) for line in str(error).splitlines())) from None
 
 
 def build(kind: type[Described], data: Any, section: str) -> Described:

@@ -122,7 +122,7 @@ class Case:
 
 def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`."""
-    with mistakes_in(path):
+    with mistakes_in(path, changes):
         case = build(Case, read_json(path, changes), "")
         check(case)
     return case

@@ -101,7 +101,7 @@ class Case:
 def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
     """
-    with mistakes_in(path):
+    with mistakes_in(path, changes):
         case = build(Case, read_json(path, changes), "")
         if case.medium not in ("air", "vacuum"):
             raise InputError(f"medium is air or vacuum, not {case.medium}")

@@ -69,7 +69,7 @@ class Case:
 def read_case(path: str | Path, changes: Sequence[str] = ()) -> Case:
     """Returns the case in a JSON file, with changes `section.key=value`; the path of the wing is relative to the file's folder.
     """
-    with mistakes_in(path):
+    with mistakes_in(path, changes):
         case = build(Case, read_json(path, changes), "")
         for key, valid in ("medium", ("air", "vacuum")), ("excitation", ("release", "tap", "base")), ("units", ("m", "m/s")):
             if getattr(case, key) not in valid:
