@@ -131,7 +131,7 @@ contains
   subroutine discretisation_use_journal(self, journal)
     class(discretisation_error_t), intent(inout) :: self
     type(journal_t), pointer, intent(in) :: journal
-    self%simulator%journal => journal
+    self%simulator%motion%journal => journal
   end subroutine discretisation_use_journal
 
   !> Fits the baseline on both meshes and gives the directions of the error to the simulator of the diagnosis. Rank 0 calls it;
