@@ -44,11 +44,11 @@ def sections(joint):
     return {"Wing": wing, "Mass": {"membrane_law": "uniform", "areal_density": 2.5 * DENSITY * LENGTH, "vein_density": 1e-7}}
 
 
-def write_all(case):
+def write_all(case, stiffness):
     """The case with the joint, its flight, and data: forces of this flight, and a frequency of which little is known."""
     write_case(case.folder)
     write_wing(case.folder / "wing.h5")
-    text = {**FILAMENT, **sections({"parameters": f"joint:knee {STIFFNESS!r}"}),
+    text = {**FILAMENT, **sections({"parameters": f"joint:knee {stiffness!r}"}),
             "units": {"length": LENGTH, "frequency": RATE, "density": DENSITY}, "Time": {"Tmax": PERIOD * BEATS, "dt_fixed": 0.01}}
     (case.folder / "heave.ini").write_text(ini_text(text))
     subprocess.run([FLUSI, "heave.ini"], cwd=case.folder, check=True, stdout=subprocess.DEVNULL)
@@ -70,12 +70,12 @@ def write_all(case):
     seal(case.folder / "data.h5")
 
 
-def joint_of(case, refine):
-    """Stiffness of the joint in the wing of the baseline, and the sd of its logarithm."""
+def joint_of(case, refine, option=""):
+    """Stiffness of the joint in the wing of the baseline, the sd of its logarithm, and the JSON file."""
     text = ini_text({**sections({}), "Measurement": {"file": "data.h5"}})
     text += (f"[Flight]\nfile = heave.ini\nbeats = {BEATS}\nharmonics = 12\nfolder = flights\nmodel_sd = 0\nrefine = no\nrounds = 0\n"
              f"effects = joint:*, balance_gain\n[Diagnose]\nnoise = declared\ndraws = 500\nstarts = 1\nvalidation = no\nrefine = {refine}\n"
-             f"parameters = joint:*\nmembrane_sd = 0.001\n[Next]\nmodes = 0\n[Saving]\nname = {refine}\n")
+             f"parameters = joint:*\nmembrane_sd = 0.001\n{option}[Next]\nmodes = 0\n[Saving]\nname = {refine}\n")
     (case.folder / f"{refine}.ini").write_text(text)
     done = case.flusi(f"{refine}.ini", timeout=300)
     check(done.code == 0, f"{done}")
@@ -84,16 +84,24 @@ def joint_of(case, refine):
     written = float((case.folder / f"{refine}_baseline.ini").read_text().split("joint:knee")[1].split()[0].strip(",;"))
     print(f"    {refine}: fitted {fitted['value'] / OF_VEIN:.3f} of the vein, sd {fitted['sd']:.3f}, in the file {written / OF_VEIN:.3f}; "
           f"{found['verdict']['sentence']}", flush=True)
-    return written, fitted["sd"]
+    return written, fitted["sd"], found
 
 
 def test_finer(case):
     """Forces of a wing whose joint is half as stiff as its vein give this joint to the wing of the file, on whatever mesh it is fitted."""
-    write_all(case)
+    write_all(case, STIFFNESS)
     for refine in "no", "fit":
-        joint, sd = joint_of(case, refine)
+        joint, sd, found = joint_of(case, refine)
         # The stiffness for the same rotation differs by 25 % between the meshes.
         check(sd < 0.05 and abs(math.log(joint / STIFFNESS)) < max(3 * sd, 0.01), f"{refine}: {joint / OF_VEIN} of the vein, sd {sd}")
+
+
+def test_both_meshes(case):
+    """A joint that is as stiff as its vein, as one knows to 2 %: on both meshes the same forces, so that the mesh makes no error in them."""
+    write_all(case, OF_VEIN)
+    _, _, found = joint_of(case, "yes", "prior_decades = 0.01\n")
+    print(f"    {found['mesh_band']}", flush=True)
+    check(found["mesh_band"]["is_found"] and found["mesh_band"]["snr"] < 0.5, f"{found['mesh_band']}")
 
 
 if __name__ == "__main__":
