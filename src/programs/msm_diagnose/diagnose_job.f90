@@ -63,6 +63,7 @@ module diagnose_job
     logical :: is_over = .false.            !< there is nothing left to do
     type(lock_t), private :: lock !< of the files, on rank 0
     type(journal_t), private :: journal !< of all computed results, on rank 0
+    character(:), allocatable, private :: inputs !< when the journal began
     type(outcome_t) :: outcome  !< of the program
   contains
     procedure :: load => diagnose_load
@@ -147,15 +148,22 @@ contains
     self%is_over = .not. self%outcome%is_good()
   end subroutine diagnose_open_files
 
-  !> Takes the lock and the journal of `other`, which has begun this diagnosis on the other mesh, and goes on with them.
+  !> Takes the lock and the journal of `other`, which has begun this diagnosis on the other mesh, and goes on with them. If an input
+  !> has changed since then, the journal is removed.
   subroutine diagnose_take_files(self, other)
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_t), intent(inout) :: other
     self%lock = other%lock
-    self%journal = other%journal
     other%lock = lock_t()
-    other%journal = journal_t()
-    if (self%world%is_root) call use_journal(self)
+    if (.not. self%world%is_root) return
+    self%inputs = self%settings%config%inputs()
+    if (self%inputs == other%inputs) then
+      self%journal = other%journal
+      other%journal = journal_t()
+      call use_journal(self)
+    else
+      call other%journal%finish(.true.)
+    end if
   end subroutine diagnose_take_files
 
   !> Ends the journal, which is kept after a stop or a full disk for a later run, and releases the lock.
@@ -309,9 +317,9 @@ contains
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
     logical :: goes_on
-    call self%journal%start(self%settings%name//'.journal', &
-                            checksum_text(self%settings%config%inputs()//' '//word_of(REFINES, command%refine)//' '// &
-                                          BUILD_VERSION//' '//BUILD_COMMIT), goes_on)
+    self%inputs = self%settings%config%inputs()
+    call self%journal%start(self%settings%name//'.journal', checksum_text(self%inputs//' '//word_of(REFINES, command%refine)// &
+                                                                          ' '//BUILD_VERSION//' '//BUILD_COMMIT), goes_on)
     if (goes_on) write (error_unit, '(a)') 'notice: '//self%settings%name// &
       '.journal belongs to an unfinished diagnosis of the same inputs; this diagnosis continues it'
     flush (error_unit)
