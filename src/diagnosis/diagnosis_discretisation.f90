@@ -20,7 +20,7 @@ module diagnosis_discretisation
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
-  use diagnosis_wing_parameters, only: wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_RELAXATION, &
+  use diagnosis_wing_parameters, only: relate_to_file, wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_RELAXATION, &
                                        KIND_PARAMETER, KIND_RELAXATION_TIME, KIND_SHAKE, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
@@ -118,6 +118,8 @@ contains
     end if
     call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue, s%flights, &
                         s%membrane_sd)
+    if (.not. self%is_coarser) &
+      call relate_to_file(self%catalogue%parameters, self%experiment%model%params, s%experiment%model%params%joint)
     allocate (patterns%site(2, 0))
     call self%simulator%init(world, self%experiment, self%wing, self%catalogue, bins, patterns, parts, &
                              s%flights)
@@ -129,7 +131,7 @@ contains
   subroutine discretisation_use_journal(self, journal)
     class(discretisation_error_t), intent(inout) :: self
     type(journal_t), pointer, intent(in) :: journal
-    self%simulator%journal => journal
+    self%simulator%motion%journal => journal
   end subroutine discretisation_use_journal
 
   !> Fits the baseline on both meshes and gives the directions of the error to the simulator of the diagnosis. Rank 0 calls it;

@@ -284,7 +284,7 @@ contains
         k = change%number
         if (k == 0) cycle
         if (k /= FLOW_FREQUENCY) then
-          sd_of(k) = max(sd_of(k), change%scale*sd(i))
+          sd_of(k) = max(sd_of(k), change%slope(q(i))*sd(i))
         else
           sd_of(FLOW_VISCOSITY) = max(sd_of(FLOW_VISCOSITY), sd(i))
           sd_of(FLOW_WIND + 1:FLOW_WIND + 3) = max(sd_of(FLOW_WIND + 1:FLOW_WIND + 3), sd(i)*abs(data%facts%wind))

@@ -310,7 +310,8 @@ contains
   end subroutine apply_modes
 
   !> Computes normal(:, :, i), the normal matrices by the records of `releases`, and finds their forces. Errors of the force and of
-  !> the time of a release are unknown. All records are computed together, because they have the same modes.
+  !> the time of a release, of this to second order, are unknown, as in a diagnosis of such records. All records are computed
+  !> together, because they have the same modes.
   subroutine apply_releases(self, releases, columns, normal, ok)
     class(motion_proposer_t), intent(in), target :: self
     type(motion_proposal_t), intent(inout) :: releases(:)
@@ -322,7 +323,6 @@ contains
     type(wing_parameter_t), allocatable :: parameters(:)
     real(rp), allocatable :: q(:), tangents(:, :), errors(:, :), one(:, :)
     real(rp) :: length
-    integer, allocatable :: seen(:)
     integer :: i, k, n, first, last
     logical :: is_stable
     ok = .false.
@@ -349,8 +349,7 @@ contains
       do i = 1, size(releases)
         first = last + 1
         last = last + releases(i)%samples
-        seen = [(k, k=1, n), n + 2*i - 1, n + 2*i]
-        call marginal_normal(tangents(first:last, :), errors(first:last, seen), one, ok(i))
+        call marginal_normal(tangents(first:last, :), errors(first:last, :), one, ok(i)) ! errors of other records are 0 here
         if (ok(i)) normal(:, :, i) = one
       end do
     end if

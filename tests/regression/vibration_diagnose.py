@@ -9,11 +9,13 @@ Intervals are of 90 %; the truth is asked to be within twice their width, as in 
 """
 import json
 import math
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, WING, diagnose, measure
+import h5py
+from synthetic_bending import ADEQUATE, NAMED, SET, UNKNOWN, WING, diagnose, measure, seal
 from whole_program import SOURCE, check, main
 
 from json_schema import validate
@@ -200,6 +202,27 @@ def test_joint(case):
     done = case.flusi(case.write("again.ini", text.replace("[Wing]", f"[Wing]\nfile = {WING};") +
                                  "[Measurement]\nfile = data.h5;\n[Diagnose]\nparameters = E;\nrefine = no;\n" + SHORT + "[Saving]\nname = again;\n"))
     check(json.loads((case.folder / "again.json").read_text())["verdict"]["word"] == "adequate", f"{done.out} {done.err}")
+
+
+def test_soft_place(case):
+    """The same in a wing whose file has no joint there, in data of a finer mesh: a soft place of this vein, fitted on the finer mesh. The
+    wing that is written is for the mesh of the file, where a piece of vein is twice as long."""
+    five, vein = {"modes": 5, "missing": [], "noise": {"frequency": 0.001, "shape": 0.005}}, vein_stiffness()[JOINT]
+    vibrate(case, "data.h5", **five, refine=1, stiffness={"joints": {JOINT: 0.2 * vein}})
+    bare = case.folder / "bare.h5"
+    shutil.copy(WING, bare)
+    with h5py.File(bare, "r+") as file:
+        del file[f"joints/{JOINT}"]
+    seal(bare)
+    case.write("soft.ini", f"[Wing]\nfile = {bare};\n[Measurement]\nfile = data.h5;\n[Next]\nmodes = 0;\n[Diagnose]\nparameters = E;\n"
+               f"refine = fit;\n{SHORT}[Saving]\nname = soft;\n")
+    done = case.flusi("soft.ini", timeout=300)
+    found = json.loads((case.folder / "soft.json").read_text())
+    check(found["verdict"]["causes"][0]["effect"] == "soft_place", f"{found['verdict']['sentence']} {done.err}")
+    text = (case.folder / "soft_extended.ini").read_text()
+    written, truth = float(text.split(", soft ")[1].split(";")[0]), 1 / (1 / 0.2 - 1 / 2 + 1)  # turns by as much more than its vein
+    print(f"    {written:.4f} of the vein is written, truth {truth:.4f}")
+    check(abs(written / truth - 1) < 0.15, f"{written} of the stiffness of the vein, not {truth}")
 
 
 def test_known_joints(case):

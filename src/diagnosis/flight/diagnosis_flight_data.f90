@@ -7,6 +7,7 @@ module diagnosis_flight_data
   use diagnosis_flight_refinements, only: N_REFINEMENTS
   use diagnosis_flight_response, only: flight_response_t
   use diagnosis_flight_runner, only: flight_facts_t, flight_request_t
+  use diagnosis_mesh_relation, only: mesh_relation_t
   use diagnosis_wing_parameters, only: same_parameter, wing_parameter_t, KIND_FLIGHT, KIND_MEMBRANE, KIND_PARAMETER
   use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS, PARAM_YOUNG
   implicit none
@@ -15,10 +16,15 @@ module diagnosis_flight_data
 
   integer, parameter, public :: MOST_CASES = 9 !< that one diagnosis takes; each has a result file in diagnose_results
 
-  !> How a parameter changes flights: change `number` is scale (q - origin) at its coordinate q. 0: it changes none.
+  !> How a parameter changes flights: change `number` is scale (x - origin), where x is its coordinate on the mesh of the wing file,
+  !> which flights have. 0: it changes none.
   type :: change_t
     integer :: number = 0
     real(rp) :: origin = 0, scale = 1
+    type(mesh_relation_t) :: on_file
+  contains
+    procedure :: at => change_at
+    procedure :: slope => change_slope
   end type change_t
 
   !> The data of one case.
@@ -70,9 +76,23 @@ contains
     if (change%number > 0 .or. .not. allocated(self%facts%structure)) return
     do k = 1, size(self%facts%structure)
       if (.not. same_parameter(self%facts%structure(k), p)) cycle
-      change = change_t(FLOW_STRUCTURE + k, self%facts%origin(k), 1.0_rp)
+      change = change_t(FLOW_STRUCTURE + k, self%facts%origin(k), 1.0_rp, p%on_file)
     end do
   end function data_change_by
+
+  !> Returns the change at the coordinate q of its parameter.
+  pure elemental real(rp) function change_at(self, q) result(c)
+    class(change_t), intent(in) :: self
+    real(rp), intent(in) :: q
+    c = self%scale*(self%on_file%at(q) - self%origin)
+  end function change_at
+
+  !> Returns its derivative with respect to q.
+  pure elemental real(rp) function change_slope(self, q) result(slope)
+    class(change_t), intent(in) :: self
+    real(rp), intent(in) :: q
+    slope = self%scale*self%on_file%slope(q)
+  end function change_slope
 
   !> Returns the changes of this case whose parameters have the coordinates q.
   pure function data_changes_at(self, parameters, q) result(c)
@@ -85,7 +105,7 @@ contains
     c = 0
     do i = 1, size(q)
       change = self%change_by(parameters(i))
-      if (change%number > 0) c(change%number) = c(change%number) + change%scale*(q(i) - change%origin)
+      if (change%number > 0) c(change%number) = c(change%number) + change%at(q(i))
     end do
   end function data_changes_at
 

@@ -171,8 +171,9 @@ contains
   end subroutine choose_structure
 
   !> Makes parameter p a change of the flights of all cases, unless it is one. A parameter of the baseline has the value of the fit,
-  !> whatever the case has; any other one changes the case by what it differs from its null. `reason` says why no case can be flown
-  !> with another value; it is empty if one can. `is_full` is set if there is no room for another parameter.
+  !> whatever the case has; any other one changes the case by what it differs from its null, both on the mesh of the wing file.
+  !> `reason` says why no case can be flown with another value; it is empty if one can. `is_full` is set if there is no room for
+  !> another parameter.
   !> A damage or a point mass whose place is sought has the place `disc`, also if it is a change already.
   subroutine add_structure(p, is_baseline, runner, cases, is_full, reason)
     type(wing_parameter_t), intent(in) :: p
@@ -211,7 +212,7 @@ contains
     do i = 1, size(cases)
       call append_parameter(cases(i)%facts%structure, p)
       if (n == 0) cases(i)%facts%origin = [real(rp) ::]
-      cases(i)%facts%origin = [cases(i)%facts%origin, merge(own(i), p%null, is_baseline)]
+      cases(i)%facts%origin = [cases(i)%facts%origin, merge(own(i), p%on_file%at(p%null), is_baseline)]
       cases(i)%facts%missing(FLOW_STRUCTURE + n + 1) = missing(i)
     end do
   end subroutine add_structure

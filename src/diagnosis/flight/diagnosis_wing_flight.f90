@@ -212,7 +212,7 @@ contains
     p = 0
     do i = 1, size(q)
       associate (j => self%change(i)%number)
-        if (j > 0) c(j) = c(j) + self%change(i)%scale*(q(i) - self%change(i)%origin)
+        if (j > 0) c(j) = c(j) + self%change(i)%at(q(i))
       end associate
       if (self%kind(i) == KIND_BALANCE) p(self%number(i)) = q(i)
     end do
@@ -236,7 +236,7 @@ contains
       i = columns(k)
       jacobian(:, k) = 0
       if (self%kind(i) == KIND_FLIGHT) &
-        call self%show(without_additions(p), self%change(i)%scale*self%data%response%derivative(c, self%change(i)%number), &
+        call self%show(without_additions(p), self%change(i)%slope(q(i))*self%data%response%derivative(c, self%change(i)%number), &
                        jacobian(:, k))
       if (self%kind(i) == KIND_BALANCE) call self%show(p, series, jacobian(:, k), self%number(i))
     end do

@@ -12,12 +12,12 @@ module diagnosis_wing_simulator
   use base_kinds, only: rp
   use diagnosis_flight_data, only: flight_cases_t
   use diagnosis_families, only: FAMILY_FORCE, FAMILY_SCANS, FAMILY_STIFFNESS, FAMILY_VEINS
+  use diagnosis_journalled_motion, only: journalled_motion_t
   use diagnosis_journalled_tasks, only: run_journalled_tasks
   use diagnosis_wing_bins, only: bin_distortions, bin_covariance, bins_t, noise_model_t, N_DISTORTIONS
   use diagnosis_wing_entries, only: catalogue_t
   use diagnosis_wing_labels, only: make_labels
   use diagnosis_wing_lattice, only: lay_out_patterns
-  use diagnosis_wing_motion, only: wing_motion_t
   use diagnosis_wing_observed, only: diagnosed_wing_t
   use diagnosis_wing_parameters, only: find_parameter, wing_parameter_t, without_sites, KIND_FLIGHT, KIND_INSTRUMENT, &
                                        KIND_MEMBRANE, KIND_PARAMETER, KIND_SOFT
@@ -25,7 +25,6 @@ module diagnosis_wing_simulator
   use diagnosis_wing_state, only: wing_state, wing_state_t
   use inference_probability, only: MAP_OF_VIBRATION
   use inference_simulator, only: simulator_t, TANGENT_ERROR
-  use io_journal, only: journal_t
   use least_squares_state, only: solver_state_t
   use measurement_bending_pool, only: bending_batch_t, bending_pool_t
   use measurement_bending_runner, only: bending_runner_t
@@ -55,9 +54,8 @@ module diagnosis_wing_simulator
     type(wing_patterns_t), private :: patterns
     type(bins_t) :: bins
     type(noise_model_t) :: noise                 !< as it is known before any fit
-    type(wing_motion_t) :: motion                !< on rank 0: observations behind those of `bins`
+    type(journalled_motion_t) :: motion          !< on rank 0: observations behind those of `bins`, and the journal of all results
     integer :: n_evaluations = 0
-    type(journal_t), pointer :: journal => null() !< of the results of the pool, on rank 0
     type(bending_pool_t), private :: pool
     real(rp) :: membrane_sd = 0                  !< of log D, which depends on the mesh
     integer, allocatable :: family_kinds(:)      !< FAMILY_*, of the families of unknown causes
@@ -109,6 +107,7 @@ contains
     self%n_baseline = catalogue%n_baseline
     if (size(experiment%loads) == 0 .and. experiment%measurement%moves()) self%probability_map = MAP_OF_VIBRATION
     if (world%is_root) call self%motion%init(experiment, wing, catalogue%parameters, parts, flights)
+    self%motion%mesh = experiment%model%n_points
     self%n_observations = bins%n + self%motion%n
     n_smooth_errors = merge(N_DISTORTIONS, 0, any(bins%cell(1, :bins%n) > 0))
     self%n_alone = 2*size(patterns%site, 2)
@@ -204,7 +203,7 @@ contains
                                       q, columns)
     end do
     batch%starts = [state%shapes]
-    call run_journalled_tasks(self%pool, self%journal, batch, is_valid)
+    call run_journalled_tasks(self%pool, self%motion%journal, batch, is_valid)
     call move_alloc(batch%outputs, results)
     self%n_evaluations = self%n_evaluations + 1
   end subroutine run_loads
@@ -250,7 +249,7 @@ contains
       state%shapes(:, :, l) = reshape(outputs(at + 1:at + size(state%shapes(:, :, l)), k), shape(state%shapes(:, :, l)))
     end do
     if (is_valid .and. wants_motion(self, is_wanted)) &
-      call self%motion%evaluate(q, columns, residuals(self%bins%n + 1:), jacobian(self%bins%n + 1:, :), is_valid)
+      call self%motion%recall_evaluation(q, columns, residuals(self%bins%n + 1:), jacobian(self%bins%n + 1:, :), is_valid)
     if (.not. present(to)) return
     if (is_valid) then
       call move_alloc(state, to)
@@ -391,9 +390,9 @@ contains
     end do
     shared = shared + N_COMMON_NUISANCES
     nuisances(:, shared + self%motion%n_nuisances + 1:) = state%error_directions
-    associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances, causes => self%patterns)
-      call self%motion%nuisances(q, self%membrane, self%membrane_sd, nuisances(rows:, shared:last), is_valid)
-      if (is_valid) call self%motion%patterns(causes%site, causes%radius, patterns(rows:, :))
+    associate (rows => self%bins%n + 1, last => shared + self%motion%n_nuisances)
+      call self%motion%recall_directions(q, self%membrane, self%membrane_sd, self%patterns, nuisances(rows:, shared:last), &
+                                         patterns(rows:, :), is_valid)
     end associate
   end subroutine wing_directions
 end module diagnosis_wing_simulator

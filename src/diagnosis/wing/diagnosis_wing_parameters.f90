@@ -25,17 +25,19 @@ module diagnosis_wing_parameters
   use base_errors, only: failure_t, require
   use base_kinds, only: rp
   use base_parameter, only: parameter_t
+  use diagnosis_mesh_relation, only: mesh_relation_t
   use measurement_experiment, only: experiment_t
   use measurement_simulation, only: simulation_t
   use solid_effect, only: NEED_SIDED_VEINS
   use solid_effects, only: needs_of
   use solid_params, only: solid_params_t
-  use solid_usual_causes, only: PARAM_PLATE
+  use solid_usual_causes, only: PARAM_K_VEIN, PARAM_PLATE
   use solid_wing, only: wing_t
   implicit none
   private
   public :: wing_parameter_t, wing_parameter, without_sites, differing, find_parameter, fit_case_t, make_fit_case, &
-            is_fit_case_for, disc_at, fit_case_coordinates, scale_membrane, same_parameter, wing_parameter_tangent, fit_case_params
+            is_fit_case_for, disc_at, fit_case_coordinates, relate_to_file, scale_membrane, same_parameter, &
+            wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
                                 KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
@@ -57,6 +59,7 @@ module diagnosis_wing_parameters
     integer :: partner = 0
     integer :: vein = 0          !< of a soft hinge
     real(rp) :: fraction = 0     !< position of the hinge, as a fraction of the vein's length
+    type(mesh_relation_t) :: on_file !< its coordinate on the mesh of the wing file, if that is another one
   end type wing_parameter_t
 
   !> An experiment whose unknowns are the parameters `order`, in that order.
@@ -80,6 +83,27 @@ contains
     p%kind = kind
     p%number = number
   end function wing_parameter
+
+  !> Tells the parameters of a wing on the finer mesh, whose values there are `params`, what they are on the mesh of its file, where
+  !> the joints have the stiffnesses of_file(joints). A joint whose stiffness is not stated is as stiff as its vein on each mesh.
+  pure subroutine relate_to_file(parameters, params, of_file)
+    type(wing_parameter_t), intent(inout) :: parameters(:)
+    type(solid_params_t), intent(in) :: params
+    real(rp), intent(in) :: of_file(:)
+    real(rp), parameter :: HALF = 0.5_rp !< of the length of an edge
+    integer :: i, j
+    do i = 1, size(parameters)
+      associate (p => parameters(i), relation => parameters(i)%on_file)
+        relation = mesh_relation_t()
+        if (p%kind == KIND_SOFT) relation = mesh_relation_t(p%null, p%null, HALF)
+        if (p%kind /= KIND_PARAMETER) cycle
+        if (p%number == PARAM_K_VEIN) relation%file_null = log(HALF)
+        if (.not. params%is_joint(p%number)) cycle
+        j = p%number - params%count_basic() + size(params%joint)
+        relation = mesh_relation_t(log(params%joint(j)), log(of_file(j)), min(1.0_rp, of_file(j)/params%joint(j)))
+      end associate
+    end do
+  end subroutine relate_to_file
 
   !> Returns what the statistics see of the parameters.
   pure function without_sites(parameters) result(p)

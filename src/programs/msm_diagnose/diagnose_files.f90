@@ -15,7 +15,7 @@ module diagnose_files
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_families, only: FAMILIES
-  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t
+  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
@@ -83,7 +83,8 @@ contains
   end function wing_text
 
   !> Returns the sections [Wing], [Mass] and [Damping] of the wing with the parameters `q`, of which `params` are its stiffness. A
-  !> joint without a stiffness in [Wing] bends as its vein does on each mesh, and what it turns beside that is the same on both.
+  !> joint without a stiffness in [Wing] bends as its vein does on each mesh, and what it turns beside that is the same on both; so
+  !> does a soft place.
   function lines_of(s, q, params) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
@@ -96,6 +97,11 @@ contains
       of_file = coarsen_params(params)
       do i = 1, size(params%joint)
         of_file%joint(i) = equal_rotation(params%joint(i), s%experiment%model%params%joint(i), s%file_requested%joint(i))
+      end do
+      do i = 1, size(q)
+        associate (p => s%catalogue%parameters(i))
+          if (p%kind == KIND_SOFT .and. abs(q(i) - p%null) > 0) call of_file%set_named(p%name, exp(p%on_file%at(q(i))))
+        end associate
       end do
     end if
     text = wing_lines(of_file, s%wing_case)//mass_lines(s, q)//damping_lines(s, q)

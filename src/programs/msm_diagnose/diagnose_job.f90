@@ -63,10 +63,14 @@ module diagnose_job
     logical :: is_over = .false.            !< there is nothing left to do
     type(lock_t), private :: lock !< of the files, on rank 0
     type(journal_t), private :: journal !< of all computed results, on rank 0
+    character(:), allocatable, private :: inputs !< when the journal began
     type(outcome_t) :: outcome  !< of the program
   contains
     procedure :: load => diagnose_load
     procedure :: begin => diagnose_begin
+    procedure :: open_files => diagnose_open_files
+    procedure :: take_files => diagnose_take_files
+    procedure :: close_files => diagnose_close_files
     procedure :: compare_meshes => diagnose_compare_meshes
     procedure :: lead => diagnose_lead
     procedure :: serve => diagnose_serve
@@ -130,6 +134,45 @@ contains
     if (self%settings%choices%flight%compare) call self%further%take_runner(self%settings%runner)
   end subroutine diagnose_begin
 
+  !> Locks the files and begins the journal, before anything is computed that it keeps. `is_over` is set if the files cannot be
+  !> locked. Collective.
+  subroutine diagnose_open_files(self, command)
+    class(diagnose_t), intent(inout), target :: self
+    type(diagnose_command_t), intent(in) :: command
+    if (self%is_over) return
+    if (self%world%is_root) then
+      call prepare_files(self, command%action == DIAGNOSE_PLAN)
+      if (.not. self%outcome%failure%failed .and. command%action /= DIAGNOSE_PLAN) call begin_journal(self, command)
+    end if
+    call agree_on_outcome(self%world, self%outcome)
+    self%is_over = .not. self%outcome%is_good()
+  end subroutine diagnose_open_files
+
+  !> Takes the lock and the journal of `other`, which has begun this diagnosis on the other mesh, and goes on with them. If an input
+  !> has changed since then, the journal is removed.
+  subroutine diagnose_take_files(self, other)
+    class(diagnose_t), intent(inout), target :: self
+    type(diagnose_t), intent(inout) :: other
+    self%lock = other%lock
+    other%lock = lock_t()
+    if (.not. self%world%is_root) return
+    self%inputs = self%settings%config%inputs()
+    if (self%inputs == other%inputs) then
+      self%journal = other%journal
+      other%journal = journal_t()
+      call use_journal(self)
+    else
+      call other%journal%finish(.true.)
+    end if
+  end subroutine diagnose_take_files
+
+  !> Ends the journal, which is kept after a stop or a full disk for a later run, and releases the lock.
+  subroutine diagnose_close_files(self)
+    class(diagnose_t), intent(inout) :: self
+    call self%journal%finish(all(self%outcome%kind /= [OUTCOME_UNWRITABLE, OUTCOME_STOPPED]))
+    call self%lock%release()
+  end subroutine diagnose_close_files
+
   !> Finds the error of the mesh if it decides which mesh the fits use. `wants_finer` tells whether it is so large that they are to
   !> use the finer mesh, and not that of this diagnosis. Collective.
   subroutine diagnose_compare_meshes(self, wants_finer)
@@ -191,14 +234,11 @@ contains
     character(:), allocatable :: warning
     if (self%is_over) return
     store%path = self%settings%draws_path
-    call prepare_files(self, command%action == DIAGNOSE_PLAN)
-    if (self%outcome%failure%failed) return
     if (command%action == DIAGNOSE_PLAN) then
       call print_plan(output_unit, self%settings, self%simulator, self%outcome%failure, store)
       call self%outcome%classify(OUTCOME_NOT_CONVERGED)
       return
     end if
-    call begin_journal(self, command)
     if (self%has_discretisation .and. .not. self%has_compared) call find_mesh_error(self)
     call run_diagnosis(self%simulator, starts(self), self%settings%options, self%diagnosis, self%outcome%failure, &
                        store, self%further)
@@ -276,18 +316,24 @@ contains
   subroutine begin_journal(self, command)
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
-    type(journal_t), pointer :: journal
     logical :: goes_on
-    journal => self%journal
-    call journal%start(self%settings%name//'.journal', checksum_text(self%settings%config%inputs()//' '// &
-                       word_of(REFINES, command%refine)//' '// &
-                                                                  BUILD_VERSION//' '//BUILD_COMMIT), goes_on)
+    self%inputs = self%settings%config%inputs()
+    call self%journal%start(self%settings%name//'.journal', checksum_text(self%inputs//' '//word_of(REFINES, command%refine)// &
+                                                                          ' '//BUILD_VERSION//' '//BUILD_COMMIT), goes_on)
     if (goes_on) write (error_unit, '(a)') 'notice: '//self%settings%name// &
       '.journal belongs to an unfinished diagnosis of the same inputs; this diagnosis continues it'
     flush (error_unit)
-    self%simulator%journal => journal
-    if (self%has_discretisation) call self%discretisation%use_journal(journal)
+    call use_journal(self)
   end subroutine begin_journal
+
+  !> Makes the simulators of both meshes keep their results in the journal.
+  subroutine use_journal(self)
+    class(diagnose_t), intent(inout), target :: self
+    type(journal_t), pointer :: journal
+    journal => self%journal
+    self%simulator%motion%journal => journal
+    if (self%has_discretisation) call self%discretisation%use_journal(journal)
+  end subroutine use_journal
 
   !> Carries out tasks for rank 0. All other ranks call it.
   subroutine diagnose_serve(self)
@@ -331,9 +377,7 @@ contains
     if (self%outcome%failure%failed .and. (self%world%is_root .or. .not. self%is_over)) &
       write (error_unit, '(a)') 'msm_diagnose: '//self%outcome%failure%reason
     flush (error_unit)
-    ! After a stop or a full disk, the journal is kept for a later run.
-    call self%journal%finish(all(self%outcome%kind /= [OUTCOME_UNWRITABLE, OUTCOME_STOPPED]))
-    call self%lock%release()
+    call self%close_files()
     call self%free()
     call agree_on_outcome(self%world, self%outcome)
   end subroutine diagnose_finish

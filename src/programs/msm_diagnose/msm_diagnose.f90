@@ -47,6 +47,7 @@ program msm_diagnose
     if (world%is_root) call job%settings%config%print_effective(output_unit)
   else if (job%outcome%is_good()) then
     call job%begin(command)
+    call job%open_files(command)
     call job%compare_meshes(wants_finer)
     is_loaded = .true.
     if (wants_finer) then
@@ -57,6 +58,8 @@ program msm_diagnose
       call job%load(command, world)
       is_loaded = job%outcome%is_good() ! the input may have changed
       if (is_loaded) call job%begin(command)
+      if (is_loaded) call job%take_files(diagnose)
+      if (.not. is_loaded) call diagnose%close_files()
     end if
     if (is_loaded) then
       if (world%is_root) then

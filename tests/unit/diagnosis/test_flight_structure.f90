@@ -15,14 +15,15 @@ program test_flight_structure
                                         structure_step
   use diagnosis_wing_entries, only: append_variant, catalogue_t
   use diagnosis_wing_flight, only: wing_flight_t
-  use diagnosis_wing_parameters, only: wing_parameter, wing_parameter_t, KIND_BALANCE, KIND_DAMPING, KIND_MASS, KIND_MEMBRANE, &
-                                       KIND_PARAMETER, KIND_POINT_MASS
+  use diagnosis_wing_parameters, only: relate_to_file, wing_parameter, wing_parameter_t, KIND_BALANCE, KIND_DAMPING, KIND_MASS, &
+                                       KIND_MEMBRANE, KIND_PARAMETER, KIND_POINT_MASS, KIND_SOFT
   use inference_simulator, only: variant_t
   use judging_runner, only: judging_runner_t, OWN_VALUE
   use measurement_flight, only: measured_flight_t, N_COMPONENTS
   use solid_damping_effects, only: DAMPING_DRAG, DAMPING_STIFFNESS
   use solid_mass_effects, only: MASS_ADDED, MASS_MEMBRANE
-  use solid_usual_causes, only: PARAM_EXPONENT, PARAM_PLATE, PARAM_YOUNG
+  use solid_params, only: solid_params_t
+  use solid_usual_causes, only: N_COMMON, PARAM_EXPONENT, PARAM_K_VEIN, PARAM_PLATE, PARAM_YOUNG
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: JOINT = 12, GRADIENT = 40 !< numbers of parameters of the wing
@@ -37,6 +38,7 @@ program test_flight_structure
   call check_places()
   call check_round()
   call check_membrane()
+  call check_finer_mesh()
   call t%finish()
 
 contains
@@ -136,6 +138,55 @@ contains
     changes = data%changes_at(p, [log(1.2_rp), log(3.0e-7_rp)])
     call t%check('but not of a wing that other data do not describe', .not. any(abs(changes) > 0))
   end subroutine check_membrane
+
+  !> Fits on a mesh of half the size, where a joint as stiff as its vein is twice as stiff, a soft place stands for half the length
+  !> and springs of veins are twice as stiff: flights have the wing of the file, with the same angle of each hinge beside its vein.
+  subroutine check_finer_mesh()
+    type(flight_data_t), allocatable :: cases(:)
+    type(judging_runner_t) :: runner
+    type(wing_parameter_t) :: p(5)
+    type(solid_params_t) :: params
+    type(change_t) :: change
+    character(:), allocatable :: reason
+    real(rp), parameter :: OF_VEIN = 3.0e-5_rp, STATED = 2.0e-5_rp, SOFTER = 1.0e-5_rp, H = 1.0e-6_rp
+    real(rp) :: q(5), c(N_CHANGES)
+    logical :: is_full
+    integer :: i
+    params%vein_factor = [1.0_rp]
+    params%joint = [2*OF_VEIN, STATED, 2*OF_VEIN]
+    do i = 1, 3
+      p(i) = parameter_of('joint:'//achar(iachar('a') + i - 1), .true., 1.0_rp, N_COMMON + 1 + i)
+      p(i)%null = log(params%joint(i))
+    end do
+    p(4) = parameter_of('soft', .true., 1.0_rp, 3)
+    p(4)%kind = KIND_SOFT
+    p(5) = parameter_of('k_e', .true., 1.0_rp, PARAM_K_VEIN)
+    call relate_to_file(p, params, [OF_VEIN, STATED, OF_VEIN])
+    allocate (cases(1))
+    cases(1)%facts%is_flexible = .true.
+    is_full = .false.
+    do i = 1, 5
+      call add_structure(p(i), any(i == [1, 2, 5]), runner, cases, is_full, reason)
+    end do
+    q = [log(2*OF_VEIN), log(STATED), log(2*OF_VEIN), 0.0_rp, log(6.0_rp)]
+    c = cases(1)%changes_at(p, q)
+    call t%check_close('a joint as its vein there is one here', c(FLOW_STRUCTURE + 1) + OWN_VALUE, log(OF_VEIN), rtol=1.0e-13_rp)
+    call t%check_close('a stated one is the same', c(FLOW_STRUCTURE + 2) + OWN_VALUE, log(STATED), rtol=1.0e-13_rp)
+    call t%check('nothing that is no cause changes a flight', &
+                 maxval(abs(c(FLOW_STRUCTURE + 3:FLOW_STRUCTURE + 4))) < 1.0e-13_rp)
+    call t%check_close('springs are half as stiff', c(FLOW_STRUCTURE + 5) + OWN_VALUE, log(3.0_rp), rtol=1.0e-13_rp)
+    q(:4) = [log(SOFTER), log(SOFTER), log(SOFTER), log(0.2_rp)]
+    c = cases(1)%changes_at(p, q)
+    call t%check_close('it turns by as much more', exp(-c(FLOW_STRUCTURE + 1) - OWN_VALUE) - 1/OF_VEIN, &
+                       1/SOFTER - 1/(2*OF_VEIN), rtol=1.0e-12_rp)
+    call t%check_close('a stated one stays as it was found', c(FLOW_STRUCTURE + 2) + OWN_VALUE, log(SOFTER), rtol=1.0e-13_rp)
+    call t%check_close('a cause turns by as much more than the joint of the case', (exp(-c(FLOW_STRUCTURE + 3)) - 1)/OF_VEIN, &
+                       1/SOFTER - 1/(2*OF_VEIN), rtol=1.0e-12_rp)
+    call t%check_close('so does a soft place', exp(-c(FLOW_STRUCTURE + 4)) - 1, (1/0.2_rp - 1)/2, rtol=1.0e-12_rp)
+    change = cases(1)%change_by(p(1))
+    call t%check_close('the slope is the derivative', change%slope(q(1)), (change%at(q(1) + H) - change%at(q(1) - H))/(2*H), &
+                       rtol=1.0e-8_rp)
+  end subroutine check_finer_mesh
 
   !> Where flights are all there is, what no flight shows is not testable, before flights and after.
   subroutine check_alone()

@@ -2,6 +2,7 @@
 !> Handles [Flight] effects: which causes are sought in flights, and which parameters of the structure the first flights change.
 module diagnose_flight_effects
   use base_errors, only: message_list_t
+  use base_parameter, only: parameter_t
   use base_text, only: next_word, number_text, quoted
   use diagnose_flights, only: flusi_runner_t
   use diagnosis_flight_catalogue, only: flight_causes
@@ -80,14 +81,14 @@ contains
     integer, intent(in) :: free(:)
     type(flight_cases_t), intent(in) :: data
     character(:), allocatable :: names
+    type(parameter_t) :: p
     integer :: i
     names = ''
     if (any(data%cases%facts%is_alone)) return
     do i = 1, size(free)
       if (any(free(i) == [PARAM_YOUNG, PARAM_PLATE, PARAM_THICKNESS])) cycle
-      associate (p => params%describe(free(i)))
-        names = names//' '//p%name
-      end associate
+      p = params%describe(free(i))
+      names = names//' '//p%name
     end do
   end function names_of_baseline
 
