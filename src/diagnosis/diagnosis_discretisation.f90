@@ -35,6 +35,7 @@ module diagnosis_discretisation
   use solid_mass, only: lump_mass, mass_t
   use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
+  use solid_usual_causes, only: PARAM_ROOT
   use solid_wing, only: wing_t
   use solid_wing_refine, only: equal_rotation, refine_params, refine_wing
   implicit none
@@ -216,6 +217,14 @@ contains
     end select
   end subroutine discretisation_renew
 
+  !> Tells whether a parameter is the factor on a hinge that stands for a piece of vein of another length on each mesh.
+  pure logical function is_hinge_of_piece(p, params)
+    type(wing_parameter_t), intent(in) :: p
+    type(solid_params_t), intent(in) :: params
+    is_hinge_of_piece = p%kind == KIND_SOFT .or. &
+                        p%kind == KIND_PARAMETER .and. p%number == PARAM_ROOT .and. .not. abs(params%root_factor - 1) > 0
+  end function is_hinge_of_piece
+
   !> Returns the parameters of the other mesh that correspond to q of this mesh, or none if the other mesh lacks a parameter that
   !> differs from its null, or cannot have such a value. A soft place stands for a piece of vein as long as the adjacent edges, and
   !> so does a joint that bends as its vein. The additional rotation must be the same on both meshes, and a piece of half the length
@@ -237,7 +246,7 @@ contains
         j = find_counterpart(parameters, i, others)
         if (j == 0) return
         ratio = 1 ! of the stiffness of the hinge there to that here, both at their null
-        if (parameters(i)%kind == KIND_SOFT) ratio = merge(0.5_rp, 2.0_rp, self%is_coarser)
+        if (is_hinge_of_piece(parameters(i), self%experiment%model%params)) ratio = merge(0.5_rp, 2.0_rp, self%is_coarser)
         if (parameters(i)%kind == KIND_PARAMETER) then
           if (self%experiment%model%params%is_joint(parameters(i)%number)) ratio = exp(others(j)%null - parameters(i)%null)
         end if

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 from flight_stiffness import DENSITY, FILAMENT, HEAVE, PERIOD, PLATE, TIMES, YOUNG, write_case
 from synthetic_bending import seal
-from whole_program import SOURCE, check, ini_text, main, series
+from whole_program import check, ini_text, main, series
 
 LENGTH, RATE, BEATS = 1e-3, 1e3, 2  # m, Hz: E stays, other quantities follow
 NODE, POINTS = 6, 49                # of the joint and in all, along the spar

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Keeps what rank 0 computes of a wing in motion in the journal that has the tasks of all ranks. Natural modes and records of a
-!> vibration are answers by themselves; the key of each has the mesh, as a diagnosis asks the same of two meshes. What flights show
+!> vibration are answers by themselves. Their key has the mesh, because a diagnosis asks the same of two meshes. What flights show
 !> follows from approximations that a journal does not identify; it costs little and is computed again.
 module diagnosis_journalled_motion
   use base_checksum, only: checksum_add, checksum_integers, checksum_reals
@@ -46,7 +46,10 @@ contains
     if (is_known) then
       residuals(:m) = answer(:, 1)
       jacobian(:m, :) = answer(:, 2:)
-      if (self%flight%n > 0) call self%flight%evaluate(q, columns, residuals(m + 1:), jacobian(m + 1:, :))
+      if (self%n == m) return
+      residuals(m + 1:) = 0
+      jacobian(m + 1:, :) = 0
+      if (ok) call self%flight%evaluate(q, columns, residuals(m + 1:), jacobian(m + 1:, :))
       return
     end if
     call self%evaluate(q, columns, residuals, jacobian, ok)

@@ -31,7 +31,7 @@ module diagnosis_wing_parameters
   use solid_effect, only: NEED_SIDED_VEINS
   use solid_effects, only: needs_of
   use solid_params, only: solid_params_t
-  use solid_usual_causes, only: PARAM_K_VEIN, PARAM_PLATE
+  use solid_usual_causes, only: PARAM_K_VEIN, PARAM_PLATE, PARAM_ROOT
   use solid_wing, only: wing_t
   implicit none
   private
@@ -85,7 +85,8 @@ contains
   end function wing_parameter
 
   !> Tells the parameters of a wing on the finer mesh, whose values there are `params`, what they are on the mesh of its file, where
-  !> the joints have the stiffnesses of_file(joints). A joint whose stiffness is not stated is as stiff as its vein on each mesh.
+  !> the joints have the stiffnesses of_file(joints). A joint whose stiffness is not stated is as stiff as its vein on each mesh,
+  !> and so is the hinge at the clamp; a stated factor of this hinge holds on every mesh.
   pure subroutine relate_to_file(parameters, params, of_file)
     type(wing_parameter_t), intent(inout) :: parameters(:)
     type(solid_params_t), intent(in) :: params
@@ -98,6 +99,7 @@ contains
         if (p%kind == KIND_SOFT) relation = mesh_relation_t(p%null, p%null, HALF)
         if (p%kind /= KIND_PARAMETER) cycle
         if (p%number == PARAM_K_VEIN) relation%file_null = log(HALF)
+        if (p%number == PARAM_ROOT .and. .not. abs(params%root_factor - 1) > 0) relation = mesh_relation_t(0.0_rp, 0.0_rp, HALF)
         if (.not. params%is_joint(p%number)) cycle
         j = p%number - params%count_basic() + size(params%joint)
         relation = mesh_relation_t(log(params%joint(j)), log(of_file(j)), min(1.0_rp, of_file(j)/params%joint(j)))

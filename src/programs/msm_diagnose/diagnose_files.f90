@@ -15,7 +15,7 @@ module diagnose_files
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_families, only: FAMILIES
-  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t, KIND_SOFT
+  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t, KIND_PARAMETER, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
@@ -23,6 +23,7 @@ module diagnose_files
   use io_hdf5, only: hdf5_file_t
   use io_table, only: put_table
   use solid_params, only: solid_params_t
+  use solid_usual_causes, only: PARAM_ROOT
   use solid_wing_refine, only: coarsen_params, equal_rotation
   implicit none
   private
@@ -84,7 +85,7 @@ contains
 
   !> Returns the sections [Wing], [Mass] and [Damping] of the wing with the parameters `q`, of which `params` are its stiffness. A
   !> joint without a stiffness in [Wing] bends as its vein does on each mesh, and what it turns beside that is the same on both; so
-  !> does a soft place.
+  !> do a soft place and the root.
   function lines_of(s, q, params) result(text)
     type(diagnose_settings_t), intent(in) :: s
     real(rp), intent(in) :: q(:)
@@ -100,7 +101,8 @@ contains
       end do
       do i = 1, size(q)
         associate (p => s%catalogue%parameters(i))
-          if (p%kind == KIND_SOFT .and. abs(q(i) - p%null) > 0) call of_file%set_named(p%name, exp(p%on_file%at(q(i))))
+          if (abs(q(i) - p%null) > 0 .and. (p%kind == KIND_SOFT .or. p%kind == KIND_PARAMETER .and. p%number == PARAM_ROOT)) &
+            call of_file%set_named(p%name, exp(p%on_file%at(q(i))))
         end associate
       end do
     end if

@@ -135,7 +135,7 @@ contains
   end subroutine diagnose_begin
 
   !> Locks the files and begins the journal, before anything is computed that it keeps. `is_over` is set if the files cannot be
-  !> locked. Collective.
+  !> locked, or earlier results not renamed. Collective.
   subroutine diagnose_open_files(self, command)
     class(diagnose_t), intent(inout), target :: self
     type(diagnose_command_t), intent(in) :: command
@@ -149,10 +149,19 @@ contains
   end subroutine diagnose_open_files
 
   !> Takes the lock and the journal of `other`, which has begun this diagnosis on the other mesh, and goes on with them. If an input
-  !> has changed since then, the journal is removed.
-  subroutine diagnose_take_files(self, other)
+  !> has changed since then, the journal is removed; if the name of the files has, those of the new name are opened. Collective.
+  subroutine diagnose_take_files(self, command, other)
     class(diagnose_t), intent(inout), target :: self
+    type(diagnose_command_t), intent(in) :: command
     type(diagnose_t), intent(inout) :: other
+    integer :: is_other
+    is_other = 0
+    if (self%world%is_root) is_other = merge(1, 0, self%settings%name /= other%settings%name)
+    if (self%world%max_integer(is_other) == 1) then
+      call other%close_files()
+      call self%open_files(command)
+      return
+    end if
     self%lock = other%lock
     other%lock = lock_t()
     if (.not. self%world%is_root) return

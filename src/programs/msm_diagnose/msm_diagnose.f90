@@ -58,7 +58,7 @@ program msm_diagnose
       call job%load(command, world)
       is_loaded = job%outcome%is_good() ! the input may have changed
       if (is_loaded) call job%begin(command)
-      if (is_loaded) call job%take_files(diagnose)
+      if (is_loaded) call job%take_files(command, diagnose)
       if (.not. is_loaded) call diagnose%close_files()
     end if
     if (is_loaded) then

@@ -23,7 +23,7 @@ program test_flight_structure
   use solid_damping_effects, only: DAMPING_DRAG, DAMPING_STIFFNESS
   use solid_mass_effects, only: MASS_ADDED, MASS_MEMBRANE
   use solid_params, only: solid_params_t
-  use solid_usual_causes, only: N_COMMON, PARAM_EXPONENT, PARAM_K_VEIN, PARAM_PLATE, PARAM_YOUNG
+  use solid_usual_causes, only: N_COMMON, PARAM_EXPONENT, PARAM_K_VEIN, PARAM_ROOT, PARAM_PLATE, PARAM_YOUNG
   use testkit, only: testkit_t
   implicit none
   integer, parameter :: JOINT = 12, GRADIENT = 40 !< numbers of parameters of the wing
@@ -144,12 +144,12 @@ contains
   subroutine check_finer_mesh()
     type(flight_data_t), allocatable :: cases(:)
     type(judging_runner_t) :: runner
-    type(wing_parameter_t) :: p(5)
+    type(wing_parameter_t) :: p(6)
     type(solid_params_t) :: params
     type(change_t) :: change
     character(:), allocatable :: reason
     real(rp), parameter :: OF_VEIN = 3.0e-5_rp, STATED = 2.0e-5_rp, SOFTER = 1.0e-5_rp, H = 1.0e-6_rp
-    real(rp) :: q(5), c(N_CHANGES)
+    real(rp) :: q(6), c(N_CHANGES)
     logical :: is_full
     integer :: i
     params%vein_factor = [1.0_rp]
@@ -161,14 +161,15 @@ contains
     p(4) = parameter_of('soft', .true., 1.0_rp, 3)
     p(4)%kind = KIND_SOFT
     p(5) = parameter_of('k_e', .true., 1.0_rp, PARAM_K_VEIN)
+    p(6) = parameter_of('root_stiffness', .true., 1.0_rp, PARAM_ROOT)
     call relate_to_file(p, params, [OF_VEIN, STATED, OF_VEIN])
     allocate (cases(1))
     cases(1)%facts%is_flexible = .true.
     is_full = .false.
-    do i = 1, 5
+    do i = 1, 6
       call add_structure(p(i), any(i == [1, 2, 5]), runner, cases, is_full, reason)
     end do
-    q = [log(2*OF_VEIN), log(STATED), log(2*OF_VEIN), 0.0_rp, log(6.0_rp)]
+    q = [log(2*OF_VEIN), log(STATED), log(2*OF_VEIN), 0.0_rp, log(6.0_rp), log(0.1_rp)]
     c = cases(1)%changes_at(p, q)
     call t%check_close('a joint as its vein there is one here', c(FLOW_STRUCTURE + 1) + OWN_VALUE, log(OF_VEIN), rtol=1.0e-13_rp)
     call t%check_close('a stated one is the same', c(FLOW_STRUCTURE + 2) + OWN_VALUE, log(STATED), rtol=1.0e-13_rp)
@@ -183,6 +184,10 @@ contains
     call t%check_close('a cause turns by as much more than the joint of the case', (exp(-c(FLOW_STRUCTURE + 3)) - 1)/OF_VEIN, &
                        1/SOFTER - 1/(2*OF_VEIN), rtol=1.0e-12_rp)
     call t%check_close('so does a soft place', exp(-c(FLOW_STRUCTURE + 4)) - 1, (1/0.2_rp - 1)/2, rtol=1.0e-12_rp)
+    call t%check_close('and so does the root', exp(-c(FLOW_STRUCTURE + 6)) - 1, (1/0.1_rp - 1)/2, rtol=1.0e-12_rp)
+    params%root_factor = 0.5_rp
+    call relate_to_file(p, params, [OF_VEIN, STATED, OF_VEIN])
+    call t%check_close('whose stated factor holds on each mesh', p(6)%on_file%at(log(0.1_rp)), log(0.1_rp), rtol=1.0e-14_rp)
     change = cases(1)%change_by(p(1))
     call t%check_close('the slope is the derivative', change%slope(q(1)), (change%at(q(1) + H) - change%at(q(1) - H))/(2*H), &
                        rtol=1.0e-8_rp)

@@ -30,13 +30,13 @@ program test_journalled_motion
   type(journalled_motion_t) :: motion
   type(journal_t), target :: journal
   type(wing_patterns_t) :: causes
-  real(rp), allocatable :: q(:), residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :), nothing(:, :)
+  real(rp), allocatable :: q(:), residuals(:), jacobian(:, :), nuisances(:, :), patterns(:, :)
   logical :: ok, goes_on
 
   call t%start(parallel=.false.)
   call make()
   q = catalogue%parameters%null
-  allocate (residuals(N), jacobian(N, 2), nuisances(N, 1), patterns(N, 1), nothing(N, 0))
+  allocate (residuals(N), jacobian(N, 2), nuisances(N, 1), patterns(N, 1))
   call remove_file(PATH)
   motion%journal => journal
   call ask_first()
@@ -112,9 +112,11 @@ contains
     call restart()
     call motion%recall_evaluation(q, [2, 1], r, j, ok)
     call t%check('other tangents are computed', journal%n_recalled == 0 .and. all(abs(j(:, 1) - jacobian(:, 2)) <= 0))
-    call journal%finish(.true.)
-    call journal%start(PATH, 1_i8, goes_on)
-    call motion%recall_evaluation(q, [1, 2], r, j, ok)
+    call begin_anew()
+    call restart()
+    call motion%recall_evaluation(q + 1.0e-3_rp, [1, 2], r, j, ok)
+    call t%check('those of other values, too', journal%n_recalled == 0 .and. any(abs(r - residuals) > 0))
+    call begin_anew()
     call restart()
     motion%mesh = motion%mesh + 1
     call motion%recall_evaluation(q, [1, 2], r, j, ok)
@@ -124,6 +126,14 @@ contains
     call motion%recall_evaluation(q, [1, 2], r, j, ok)
     call t%check('which are not those of this one', journal%n_recalled == 0 .and. all(abs(j - jacobian) <= 0))
   end subroutine ask_of_another_mesh
+
+  !> A journal that has residuals with two tangents.
+  subroutine begin_anew()
+    real(rp) :: r(N), j(N, 2)
+    call journal%finish(.true.)
+    call journal%start(PATH, 1_i8, goes_on)
+    call motion%recall_evaluation(q, [1, 2], r, j, ok)
+  end subroutine begin_anew
 
   !> The program has ended and starts again.
   subroutine restart()
