@@ -33,18 +33,19 @@ def meets_small_array(done):
 
 def test_allocation_fails(case):
     """If a field does not fit into the memory, the program names the size of the field. The limit rises by half a field at a time.
-    A small array may therefore meet one limit, but not two in a row."""
+    Small arrays may meet some limits: where a library takes more as soon as it fits, those before the first field meet two or three
+    in a row again. Most limits meet a field."""
     ini = ring(128, Time={"nt": 0}, Saving={"iSavePress": "yes", "iSaveVorticity": "yes"})
-    told, was_small = set(), False
+    told, named, small, in_row = set(), 0, 0, 0
     for megabytes in range(240, 800, 8):  # programs and libraries take some 250 to 400; a field takes 17
         done = limited(case.sub(str(megabytes)), megabytes, ini)
         if not told and done.code != EXIT_OK and "flusi-msm: rank" not in done.err:
             continue  # at the start MPI or another library meets the limit
-        is_small = done.code != EXIT_OK and meets_small_array(done)
-        check(not (is_small and was_small and told), f"at {megabytes} MB a field does not fit, and the program names its size: {done}")
-        was_small = is_small
-        if is_small:
+        if done.code != EXIT_OK and meets_small_array(done):
+            small, in_row = small + 1, in_row + 1
+            check(in_row <= 3, f"at {megabytes} MB a field does not fit, and the program names its size: {done}")
             continue
+        in_row = 0
         no_crash(done)
         if done.code == EXIT_OK:
             break
@@ -55,8 +56,9 @@ def test_allocation_fails(case):
         check(found, f"the size is told: {done.err}")
         check(float(found.group(1)) < 3e8, f"the size is that of a field or a few: {found.group(1)}")
         told.add(found.group(2))
-    check(len(told) >= 2, f"at least two different arrays meet the limit: {told}")
-    print(f"      {sorted(told)}", flush=True)
+        named += 1
+    check(len(told) >= 2 and named >= 2 * small, f"at least two arrays meet the limit, in most runs: {told}, {named} and {small} small ones")
+    print(f"      {sorted(told)}; {named} runs, {small} with small arrays", flush=True)
 
 
 def system(case, total, available, group=None):
