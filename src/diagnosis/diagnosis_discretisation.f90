@@ -20,8 +20,8 @@ module diagnosis_discretisation
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
-  use diagnosis_wing_parameters, only: relate_to_file, wing_parameter_t, KIND_DAMAGE, KIND_POINT_MASS, KIND_RELAXATION, &
-                                       KIND_PARAMETER, KIND_RELAXATION_TIME, KIND_SHAKE, KIND_SOFT
+  use diagnosis_wing_parameters, only: is_hinge_of_piece, relate_to_file, wing_parameter_t, KIND_DAMAGE, KIND_PARAMETER, &
+                                       KIND_POINT_MASS, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_SHAKE, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
@@ -35,7 +35,6 @@ module diagnosis_discretisation
   use solid_mass, only: lump_mass, mass_t
   use solid_mass_effects, only: mass_parts_t
   use solid_params, only: solid_params_t
-  use solid_usual_causes, only: PARAM_ROOT
   use solid_wing, only: wing_t
   use solid_wing_refine, only: equal_rotation, refine_params, refine_wing
   implicit none
@@ -216,14 +215,6 @@ contains
       state%error_directions = error_directions(self%diagnosis_simulator, other - own)
     end select
   end subroutine discretisation_renew
-
-  !> Tells whether a parameter is the factor on a hinge that stands for a piece of vein of another length on each mesh.
-  pure logical function is_hinge_of_piece(p, params)
-    type(wing_parameter_t), intent(in) :: p
-    type(solid_params_t), intent(in) :: params
-    is_hinge_of_piece = p%kind == KIND_SOFT .or. &
-                        p%kind == KIND_PARAMETER .and. p%number == PARAM_ROOT .and. .not. abs(params%root_factor - 1) > 0
-  end function is_hinge_of_piece
 
   !> Returns the parameters of the other mesh that correspond to q of this mesh, or none if the other mesh lacks a parameter that
   !> differs from its null, or cannot have such a value. A soft place stands for a piece of vein as long as the adjacent edges, and

@@ -36,13 +36,14 @@ contains
     real(rp), allocatable :: answer(:, :)
     integer(i8) :: key
     integer :: m
-    logical :: is_known
+    logical :: is_known, keeps
     m = self%modes%n + self%series%n
+    keeps = associated(self%journal) .and. m > 0
     key = self%key(EVALUATION, q, columns)
-    allocate (answer(m, size(columns) + 1))
+    if (keeps) allocate (answer(m, size(columns) + 1))
     is_known = .false.
     ok = .false.
-    if (associated(self%journal) .and. m > 0) call self%journal%recall(key, answer, ok, is_known)
+    if (keeps) call self%journal%recall(key, answer, ok, is_known)
     if (is_known) then
       residuals(:m) = answer(:, 1)
       jacobian(:m, :) = answer(:, 2:)
@@ -55,7 +56,7 @@ contains
     call self%evaluate(q, columns, residuals, jacobian, ok)
     if (.not. ok) residuals = 0
     if (.not. ok) jacobian = 0
-    if (.not. associated(self%journal) .or. m == 0) return
+    if (.not. keeps) return
     answer(:, 1) = residuals(:m)
     answer(:, 2:) = jacobian(:m, :)
     call self%journal%record(key, answer, ok)
@@ -76,7 +77,7 @@ contains
     n = size(nuisances, 2)
     keeps = associated(self%journal) .and. self%n > 0 .and. self%flight%n == 0
     key = self%key(DIRECTIONS, q, [membrane])
-    allocate (answer(self%n, n + size(patterns, 2)))
+    if (keeps) allocate (answer(self%n, n + size(patterns, 2)))
     is_known = .false.
     ok = .false.
     if (keeps) call self%journal%recall(key, answer, ok, is_known)

@@ -36,7 +36,7 @@ module diagnosis_wing_parameters
   implicit none
   private
   public :: wing_parameter_t, wing_parameter, without_sites, differing, find_parameter, fit_case_t, make_fit_case, &
-            is_fit_case_for, disc_at, fit_case_coordinates, relate_to_file, scale_membrane, same_parameter, &
+            is_fit_case_for, disc_at, fit_case_coordinates, is_hinge_of_piece, relate_to_file, scale_membrane, same_parameter, &
             wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
@@ -96,16 +96,24 @@ contains
     do i = 1, size(parameters)
       associate (p => parameters(i), relation => parameters(i)%on_file)
         relation = mesh_relation_t()
-        if (p%kind == KIND_SOFT) relation = mesh_relation_t(p%null, p%null, HALF)
+        if (is_hinge_of_piece(p, params)) relation = mesh_relation_t(p%null, p%null, HALF)
         if (p%kind /= KIND_PARAMETER) cycle
         if (p%number == PARAM_K_VEIN) relation%file_null = log(HALF)
-        if (p%number == PARAM_ROOT .and. .not. abs(params%root_factor - 1) > 0) relation = mesh_relation_t(0.0_rp, 0.0_rp, HALF)
         if (.not. params%is_joint(p%number)) cycle
         j = p%number - params%count_basic() + size(params%joint)
         relation = mesh_relation_t(log(params%joint(j)), log(of_file(j)), min(1.0_rp, of_file(j)/params%joint(j)))
       end associate
     end do
   end subroutine relate_to_file
+
+  !> Tells whether a parameter is the factor on a hinge that stands for a piece of vein of another length on each mesh: a soft
+  !> place, and the root if `params` of the wing state no factor of it.
+  pure logical function is_hinge_of_piece(p, params)
+    type(wing_parameter_t), intent(in) :: p
+    type(solid_params_t), intent(in) :: params
+    is_hinge_of_piece = p%kind == KIND_SOFT .or. &
+                        p%kind == KIND_PARAMETER .and. p%number == PARAM_ROOT .and. .not. abs(params%root_factor - 1) > 0
+  end function is_hinge_of_piece
 
   !> Returns what the statistics see of the parameters.
   pure function without_sites(parameters) result(p)

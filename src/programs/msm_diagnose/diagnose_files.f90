@@ -15,7 +15,7 @@ module diagnose_files
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_families, only: FAMILIES
-  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t, KIND_PARAMETER, KIND_SOFT
+  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t, is_hinge_of_piece
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
@@ -23,7 +23,6 @@ module diagnose_files
   use io_hdf5, only: hdf5_file_t
   use io_table, only: put_table
   use solid_params, only: solid_params_t
-  use solid_usual_causes, only: PARAM_ROOT
   use solid_wing_refine, only: coarsen_params, equal_rotation
   implicit none
   private
@@ -101,7 +100,7 @@ contains
       end do
       do i = 1, size(q)
         associate (p => s%catalogue%parameters(i))
-          if (abs(q(i) - p%null) > 0 .and. (p%kind == KIND_SOFT .or. p%kind == KIND_PARAMETER .and. p%number == PARAM_ROOT)) &
+          if (abs(q(i) - p%null) > 0 .and. is_hinge_of_piece(p, s%experiment%model%params)) &
             call of_file%set_named(p%name, exp(p%on_file%at(q(i))))
         end associate
       end do
