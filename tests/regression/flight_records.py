@@ -568,7 +568,7 @@ def test_cache(case):
 
 
 def stopped_in_flight(case):
-    """How a diagnosis ended that got SIGTERM in its first flight; where a busy machine was late with it, that flight is flown anew."""
+    """Starts a diagnosis, sends SIGTERM in its first flight, and returns how it ended. If the flight ended first, tries again."""
     for _ in range(20):
         case.start("parts.ini", "--exit-code")
         end = time.monotonic() + ALIVE

@@ -88,14 +88,14 @@ def ended_by(case, signals, ranks, prepare, ready, env):
         done = run.wait()
         no_crash(done)
         end = time.monotonic() + ALIVE
-        while run.ranks():  # what the launcher has killed may take a moment to go
+        while run.ranks():  # a rank that the launcher has killed needs a moment to end
             check(time.monotonic() < end, f"{name}: no rank is left")
             time.sleep(0.01)
         yield name, run, done
 
 
 def check_stop(name, run, done, ranks):
-    check(STOP in told(run, done), f"{name}: the end is told: {done}")
+    check(STOP in told(run, done), f"{name}: the run must say that it stopped and how to continue: {done}")
     if ranks == 0 or name == "SIGUSR1":
         check(done.code == EXIT_STOPPED, f"{name}: exit code 4: {done}")
 

@@ -89,7 +89,7 @@ contains
     call motion%recall_evaluation(q, [1, 2], residuals, jacobian, ok)
     call t%check('frequencies are computed', ok .and. all(abs(residuals) > 0) .and. any(abs(jacobian) > 0))
     call motion%recall_directions(q, 0, 0.0_rp, causes, nuisances, patterns, ok)
-    call t%check('and what a cause would do', ok .and. any(abs(patterns) > 0))
+    call t%check('the changes by an unknown cause are computed', ok .and. any(abs(patterns) > 0))
     call t%check('both are kept', journal%n_recorded == 2 .and. journal%n_recalled == 0)
   end subroutine ask_first
 

@@ -143,7 +143,7 @@ contains
     call test%check('noise is noise', share(0) > 0.95_rp)
   end subroutine test_imitation
 
-  !> An effect that releases what drift does and one parameter more, without another direction in the data, is no rival: the name
+  !> A wider effect frees the parameter of drift and one more, which the data do not show. It is no rival of drift: the name
   !> of drift stands if this effect is as probable, and if it leads by less than can be distinguished. If it leads by more it has
   !> the name.
   subroutine test_wider()
@@ -248,7 +248,7 @@ contains
     one%verdict = VERDICT_NAMED
     call withdraw_unsupported(options, support, prediction, baseline, extended, one)
     keeps_name = one%verdict == VERDICT_NAMED
-    call test%check('  the reason is told', keeps_name .neqv. one%reason == NO_GAIN)
+    call test%check('  without it, the decision gives the missing gain as its reason', keeps_name .neqv. one%reason == NO_GAIN)
   end function keeps_name
 
   !> The direction of the offset without that of drift.
