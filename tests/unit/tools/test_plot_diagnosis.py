@@ -280,6 +280,25 @@ class Report(unittest.TestCase):
         self.assertNotIn("It dried.</p>", text)
         self.assertIn("that nothing which these data could show is missing", text)
 
+    def test_wider(self):
+        """A wider change that explains the data as well is told beside the cause, and has its own standing in the catalogue."""
+        effects = [EFFECT, {**EFFECT, "name": "creep", "title": "creep under load", "posterior": 0.04}]
+        sentence = "It may be a part of a wider change, which explains the data as well: creep under load."
+        text = self.told(verdict={**DIAGNOSIS["verdict"], "wider": ["creep"]}, effects=effects)
+        self.assertIn(sentence, text)
+        self.assertIn("may contain the cause", text)
+        text = self.told(effects=effects)  # a file without this field
+        self.assertNotIn("wider change", text)
+        self.assertNotIn("may contain the cause", text)
+
+    def test_odds(self):
+        """Only a probability that a study of blind cases has corrected refers to this study."""
+        told = "A study of cases whose causes were hidden"
+        self.assertIn(told, self.told(verdict={**DIAGNOSIS["verdict"], "probability_map": "study of seed 1"}))
+        text = self.told(verdict={**DIAGNOSIS["verdict"], "probability_map": "none: probabilities as the odds give them"})
+        self.assertNotIn(told, text)
+        self.assertIn("It is that of the odds.", text)
+
     def test_set(self):
         """What cannot be told apart has a table, and an interval with one end says which."""
         interval = {"name": "drift", "lower_best_upper": [0.001, 0.002, 0.9], "has_lower": True, "has_upper": False,
