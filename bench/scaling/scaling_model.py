@@ -12,7 +12,7 @@ DERIVED = 1  # of the inverse ones: computed from others in physical z, neither 
 WORD = 16  # bytes of a complex number
 PRODUCT_FLOPS = 40  # of a point of the grid: u x omega, largest velocity, projection and update
 
-# The rates of a machine and the values that predictions assume. `rate` is that of one core while all other cores of its
+# The rates of a machine and of a flight, and the values that predictions assume. `rate` is that of one core while all other cores of its
 # node compute as well. `network` is what one node sends while all nodes send to all others.
 MACHINE = {
     "rate": 5.0e9,  # flop/s of a core
@@ -22,6 +22,9 @@ MACHINE = {
     "latency": 2.0e-6,  # s for each message of a rank
     "lapack": 20.0e9,  # flop/s of a core that factorises a matrix
     "stream": 10.0e9,  # byte/s that one core reads
+    # Shares of the steps in which a flexible wing prepares its response anew: of the blowfly in its first beat on 96 points, with
+    # the default marker_response_limit; 0.08 with 0.2. Displacements are the same part of a spacing on any grid.
+    "renewals": 0.2,
 }
 
 
@@ -132,7 +135,6 @@ WING_SECONDS = 0.012
 WINGS_PENALIZED = 0.083  # mask, pressure and its sampling
 WINGS_THIN = 0.45  # three pruned passes
 SOLVES = 24  # with the response of the flow, in a step of a wing
-RENEWALS = 0.2  # of the response, in a step of the blowfly on 96 points; displacements are the same part of a spacing on any grid
 FEWEST_RANKS, FEWEST_MARKERS, PANEL = 8, 1000, 96  # that share a response; rows of a block of its inverse
 
 
@@ -160,7 +162,7 @@ def wing_seconds(spacing, surface, ranks, machine=MACHINE):
         solve = matrix / group / machine["stream"] + 2 * (tree + vector)
         renew = 2 * unknowns**3 / group / machine["lapack"] + panels * (tree + PANEL * vector)
         matrix /= group
-    return WING_SECONDS + SOLVES * solve + RENEWALS * renew, matrix
+    return WING_SECONDS + SOLVES * solve + machine["renewals"] * renew, matrix
 
 
 def fitted(measurements, machine):

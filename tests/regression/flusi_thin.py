@@ -152,12 +152,15 @@ def test_flexible_restart(case):
 
 def test_response(case):
     """The response belongs to the shape for which it was made: after a restart between two such shapes the flight goes on
-    to the bit."""
+    to the bit. With a larger limit the first shape serves longer."""
     small, soft = {"dt_fixed": 2e-3, "nt": 24}, {"E": 2e8}
     whole = fly(case.sub("whole"), 2, Time=small, Wing=soft)
     parts = fly(case.sub("parts"), 2, Time={**small, "nt": 22}, Wing=soft)
     shape = made_for(parts)
-    check(shape != made_for(fly(case.sub("start"), 2, Time={**small, "nt": 1}, Wing=soft)), "it was made for a bent wing")
+    start = made_for(fly(case.sub("start"), 2, Time={**small, "nt": 1}, Wing=soft))
+    check(shape != start, "it was made for a bent wing")
+    patient = fly(case.sub("patient"), 2, Time={**small, "nt": 22}, Wing=soft, Insects={"marker_response_limit": 0.4})
+    check(made_for(patient) == start, "a larger limit keeps the first one")
     go_on(parts, 24, Time={"dt_fixed": 2e-3}, Wing=soft)
     check(shape == made_for(parts), "and not made anew in the last steps")
     same_flights(whole, parts, "small steps")

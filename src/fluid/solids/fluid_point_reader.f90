@@ -25,7 +25,7 @@ module fluid_point_reader
     logical :: is_wanted = .false.   !< the next pass reads the flow at the points that `ask` got
     logical :: is_read = .false.     !< `velocities` are those at these points
     real(rp), allocatable :: velocities(:, :) !< (3, points) L/T, the same on all ranks
-    real(rp) :: seconds = 0          !< wall time that reading has taken on this rank so far
+    real(rp) :: seconds = 0          !< wall time that reading has taken on this rank so far, without waiting for others
     integer, private :: n = 0        !< points
     logical, private :: is_reading = .false.
     type(world_t), private :: world
@@ -241,14 +241,11 @@ contains
   !> Ends a pass: if it has read the flow, `velocities` are complete. Collective in this case.
   subroutine reader_finish(self)
     class(point_reader_t), intent(inout) :: self
-    real(rp) :: begun
     if (.not. self%is_reading) return
-    begun = wall_seconds()
     call sum_over_ranks(self%world, 3*self%n, self%velocities)
     self%is_reading = .false.
     self%is_wanted = .false.
     self%is_read = .true.
-    self%seconds = self%seconds + wall_seconds() - begun
   end subroutine reader_finish
 
   !> Sums the first n values over all ranks. Collective.

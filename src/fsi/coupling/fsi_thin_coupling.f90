@@ -139,7 +139,6 @@ contains
     type(thin_wings_t), intent(inout) :: thin
     type(flapping_wings_t), intent(in) :: wings
     type(failure_t), intent(inout) :: failure
-    real(rp), parameter :: FAR = 0.1_rp !< spacings of the markers: the tensor changes over one of them
     real(rp), parameter :: MIRROR(3) = [1.0_rp, 1.0_rp, -1.0_rp] !< to the axes of the file, in which the response is made
     real(rp) :: rotation(3, 3), farthest
     logical, dimension(size(thin%wings)) :: are_changed, has_factor
@@ -148,7 +147,7 @@ contains
       associate (wing => thin%wings(i))
         wing%work = wing%flat + wing%bent
         call fit_rotation(wing%shape, wing%work, rotation, farthest)
-        are_changed(i) = farthest > FAR*wings%params%thin%spacing
+        are_changed(i) = farthest > wings%params%thin%response_limit*wings%params%thin%spacing
         if (are_changed(i)) then
           wing%shape = wing%work
         else
