@@ -20,8 +20,9 @@ module diagnosis_discretisation
   use diagnosis_case, only: diagnosis_case_t
   use diagnosis_wing_bins, only: bins_t, make_bins
   use diagnosis_wing_catalogue, only: catalogue_t, make_catalogue
-  use diagnosis_wing_parameters, only: is_hinge_of_piece, relate_to_file, wing_parameter_t, KIND_DAMAGE, KIND_PARAMETER, &
-                                       KIND_POINT_MASS, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_SHAKE, KIND_SOFT
+  use diagnosis_wing_parameters, only: is_hinge_of_piece, place_on_file, relate_to_file, wing_parameter_t, KIND_DAMAGE, &
+                                       KIND_PARAMETER, KIND_POINT_MASS, KIND_RELAXATION, KIND_RELAXATION_TIME, KIND_SHAKE, &
+                                       KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
@@ -118,8 +119,10 @@ contains
     end if
     call make_catalogue(self%experiment, self%wing, s%free_parameters%numbers, s%prior_decades, self%catalogue, s%flights, &
                         s%membrane_sd)
-    if (.not. self%is_coarser) &
+    if (.not. self%is_coarser) then
       call relate_to_file(self%catalogue%parameters, self%experiment%model%params, s%experiment%model%params%joint)
+      call place_on_file(self%catalogue%parameters, s%wing_case%wing)
+    end if
     allocate (patterns%site(2, 0))
     call self%simulator%init(world, self%experiment, self%wing, self%catalogue, bins, patterns, parts, &
                              s%flights)

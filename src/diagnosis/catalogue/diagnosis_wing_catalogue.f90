@@ -140,6 +140,7 @@ contains
         do k = 2, size(nodes) - 1
           soft%vein = v
           soft%fraction = way(k)/way(size(way))
+          soft%file_fraction = soft%fraction
           soft%number = hinge_in_vein(wing, e%model%plans, v, soft%fraction)
           if (soft%number == 0) cycle
           if (any(c%parameters%kind == KIND_SOFT .and. c%parameters%number == soft%number)) cycle

@@ -30,14 +30,15 @@ module diagnosis_wing_parameters
   use measurement_simulation, only: simulation_t
   use solid_effect, only: NEED_SIDED_VEINS
   use solid_effects, only: needs_of
+  use solid_layout, only: free_place_in_vein
   use solid_params, only: solid_params_t
   use solid_usual_causes, only: PARAM_K_VEIN, PARAM_PLATE, PARAM_ROOT
   use solid_wing, only: wing_t
   implicit none
   private
   public :: wing_parameter_t, wing_parameter, without_sites, differing, find_parameter, fit_case_t, make_fit_case, &
-            is_fit_case_for, disc_at, fit_case_coordinates, is_hinge_of_piece, relate_to_file, scale_membrane, same_parameter, &
-            wing_parameter_tangent, fit_case_params
+            is_fit_case_for, disc_at, fit_case_coordinates, is_hinge_of_piece, place_on_file, relate_to_file, scale_membrane, &
+            same_parameter, wing_parameter_tangent, fit_case_params
 
   integer, parameter, public :: KIND_PARAMETER = 1, KIND_INSTRUMENT = 2, KIND_SOFT = 3, KIND_DAMAGE = 4, KIND_ZERO = 5, &
                                 KIND_MASS = 6, KIND_POINT_MASS = 7, KIND_DAMPING = 8, KIND_RELAXATION = 9, &
@@ -59,6 +60,7 @@ module diagnosis_wing_parameters
     integer :: partner = 0
     integer :: vein = 0          !< of a soft hinge
     real(rp) :: fraction = 0     !< position of the hinge, as a fraction of the vein's length
+    real(rp) :: file_fraction = 0 !< the same on the mesh of the wing file: of its nearest hinge
     type(mesh_relation_t) :: on_file !< its coordinate on the mesh of the wing file, if that is another one
   end type wing_parameter_t
 
@@ -105,6 +107,19 @@ contains
       end associate
     end do
   end subroutine relate_to_file
+
+  !> Tells the soft places on a finer mesh where they are on `wing`, with the mesh of its file: at its nearest hinges that no joint
+  !> has.
+  pure subroutine place_on_file(parameters, wing)
+    type(wing_parameter_t), intent(inout) :: parameters(:)
+    type(wing_t), intent(in) :: wing
+    integer :: i
+    do i = 1, size(parameters)
+      associate (p => parameters(i))
+        if (p%kind == KIND_SOFT) p%file_fraction = free_place_in_vein(wing, p%vein, p%fraction)
+      end associate
+    end do
+  end subroutine place_on_file
 
   !> Tells whether a parameter is the factor on a hinge that stands for a piece of vein of another length on each mesh: a soft
   !> place, and the root if `params` of the wing state no factor of it.

@@ -15,7 +15,7 @@ module diagnose_files
   use diagnose_settings, only: diagnose_settings_t
   use diagnose_summary, only: cause_name, verdict_sentence
   use diagnosis_families, only: FAMILIES
-  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t, is_hinge_of_piece
+  use diagnosis_wing_parameters, only: fit_case_coordinates, fit_case_params, fit_case_t, is_hinge_of_piece, KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use inference_decision, only: verdict_word
   use inference_engine, only: diagnosis_t
@@ -100,8 +100,9 @@ contains
       end do
       do i = 1, size(q)
         associate (p => s%catalogue%parameters(i))
-          if (abs(q(i) - p%null) > 0 .and. is_hinge_of_piece(p, s%experiment%model%params)) &
-            call of_file%set_named(p%name, exp(p%on_file%at(q(i))))
+          if (.not. abs(q(i) - p%null) > 0) cycle
+          if (is_hinge_of_piece(p, s%experiment%model%params)) call of_file%set_named(p%name, exp(p%on_file%at(q(i))))
+          if (p%kind == KIND_SOFT) of_file%effects%soft_fraction = p%file_fraction
         end associate
       end do
     end if

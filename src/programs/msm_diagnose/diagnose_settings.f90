@@ -22,7 +22,7 @@ module diagnose_settings
   use diagnosis_wing_bins, only: make_bins, default_bin_size
   use diagnosis_wing_catalogue, only: make_catalogue
   use diagnosis_wing_lattice, only: make_patterns
-  use diagnosis_wing_parameters, only: relate_to_file
+  use diagnosis_wing_parameters, only: place_on_file, relate_to_file
   use io_config, only: config_t
   use io_keys, only: keys_t, reading
   use io_registry, only: registry_t
@@ -250,7 +250,10 @@ contains
     call make_bins(s%experiment, default_bin_size(s%experiment, s%choices%observations), s%bins)
     call make_catalogue(s%experiment, s%wing_case%wing, s%free_parameters%numbers, s%prior_decades, s%catalogue, s%flights, &
                         s%membrane_sd)
-    if (s%fits_finer) call relate_to_file(s%catalogue%parameters, s%experiment%model%params, s%file_requested%joint)
+    if (s%fits_finer) then
+      call relate_to_file(s%catalogue%parameters, s%experiment%model%params, s%file_requested%joint)
+      call place_on_file(s%catalogue%parameters, s%file_wing)
+    end if
     s%runner%wing%size = s%experiment%model%size
     s%runner%wing%vein_names = s%experiment%model%params%vein_names
     call take_structure(s%config, s%catalogue, s%flights, s%runner, errors)

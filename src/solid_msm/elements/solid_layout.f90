@@ -10,7 +10,7 @@ module solid_layout
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: layout_t, make_layout, hinge_in_vein
+  public :: layout_t, make_layout, hinge_in_vein, free_place_in_vein
 
   !> Positions of the elements, which do not change.
   type :: layout_t
@@ -80,17 +80,14 @@ contains
     type(hinge_plan_t), intent(in) :: plans(:)
     integer, intent(in) :: vein
     real(rp), intent(in) :: fraction
-    real(rp) :: way(size(wing%veins(vein)%nodes))
-    integer :: k, n, h, at
+    real(rp) :: fractions(size(wing%veins(vein)%nodes))
+    integer :: n, h, at
     found = 0
     associate (nodes => wing%veins(vein)%nodes)
       n = size(nodes)
       if (n < 3) return
-      way(1) = 0
-      do k = 2, n
-        way(k) = way(k - 1) + norm2(wing%points(:, nodes(k)) - wing%points(:, nodes(k - 1)))
-      end do
-      at = 1 + minloc(abs(way(2:n - 1)/way(n) - fraction), 1)
+      fractions = fractions_of(wing, vein)
+      at = 1 + minloc(abs(fractions(2:n - 1) - fraction), 1)
       do h = 1, size(plans)
         if (plans(h)%nodes(2) /= nodes(at) .or. plans(h)%joint > 0) cycle
         if (any(plans(h)%nodes(1) == nodes([at - 1, at + 1])) .and. &
@@ -98,4 +95,44 @@ contains
       end do
     end associate
   end function hinge_in_vein
+
+  !> Returns the place of the point inside vein number `vein` that is nearest to `fraction` (0 to 1) of its length and has no joint:
+  !> a soft place there has a hinge. It is `fraction` itself if the vein has no such point.
+  pure real(rp) function free_place_in_vein(wing, vein, fraction) result(place)
+    type(wing_t), intent(in) :: wing
+    integer, intent(in) :: vein
+    real(rp), intent(in) :: fraction
+    real(rp) :: fractions(size(wing%veins(vein)%nodes))
+    logical :: is_free(size(fractions))
+    integer :: k, j
+    place = fraction
+    fractions = fractions_of(wing, vein)
+    is_free = .false.
+    associate (nodes => wing%veins(vein)%nodes)
+      do k = 2, size(nodes) - 1
+        is_free(k) = .true.
+        do j = 1, size(wing%joints)
+          associate (hinge => wing%joints(j)%nodes, beside => nodes([k - 1, k + 1]))
+            if (hinge(2) == nodes(k) .and. any(hinge(1) == beside) .and. any(hinge(3) == beside)) is_free(k) = .false.
+          end associate
+        end do
+      end do
+    end associate
+    if (any(is_free)) place = fractions(minloc(abs(fractions - fraction), 1, mask=is_free))
+  end function free_place_in_vein
+
+  !> Returns the places of the points of a vein, of its length.
+  pure function fractions_of(wing, vein) result(fractions)
+    type(wing_t), intent(in) :: wing
+    integer, intent(in) :: vein
+    real(rp) :: fractions(size(wing%veins(vein)%nodes))
+    integer :: k
+    associate (nodes => wing%veins(vein)%nodes)
+      fractions = 0
+      do k = 2, size(nodes)
+        fractions(k) = fractions(k - 1) + norm2(wing%points(:, nodes(k)) - wing%points(:, nodes(k - 1)))
+      end do
+      fractions = fractions/fractions(size(nodes))
+    end associate
+  end function fractions_of
 end module solid_layout

@@ -18,7 +18,7 @@ program test_solid_effects
   use solid_extension, only: extension_axial, tension_energy
   use solid_hinge, only: hinge_evaluate, hinge_t, HINGE_NODES
   use solid_junctions, only: hinge_plan_t
-  use solid_layout, only: hinge_in_vein
+  use solid_layout, only: free_place_in_vein, hinge_in_vein
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, solid_params_t
   use solid_plate, only: plate_energy
@@ -361,7 +361,29 @@ contains
     associate (vein => plain%plans(h)%veins(1), point => plain%plans(h)%nodes(2))
       call t%check('no place where a joint is', hinge_in_vein(wing, plain%plans, vein, fraction_of(vein, point)) == 0)
     end associate
+    call test_places_of_finer_wing()
   end subroutine test_soft_place
+
+  !> A place between two points, as a finer mesh has it, may be nearest to a point that has a joint. The next point serves then.
+  subroutine test_places_of_finer_wing()
+    real(rp) :: fraction, place
+    integer :: v, k, n_joints, n_lost
+    n_joints = 0
+    n_lost = 0
+    do v = 1, size(wing%veins)
+      associate (nodes => wing%veins(v)%nodes)
+        do k = 2, size(nodes)
+          fraction = (fraction_of(v, nodes(k - 1)) + fraction_of(v, nodes(k)))/2
+          if (hinge_in_vein(wing, plain%plans, v, fraction) == 0) n_joints = n_joints + 1
+          place = free_place_in_vein(wing, v, fraction)
+          if (hinge_in_vein(wing, plain%plans, v, place) == 0) n_lost = n_lost + 1
+          if (abs(place - fraction) > 1.6_rp/(size(nodes) - 1)) n_lost = n_lost + 1 ! of about equal segments
+        end do
+      end associate
+    end do
+    call t%check('some places are nearest to a joint', n_joints > 0)
+    call t%check('  and have a hinge beside it', n_lost == 0)
+  end subroutine test_places_of_finer_wing
 
   !> Place of a point along a vein, of its length.
   pure real(rp) function fraction_of(vein, point)

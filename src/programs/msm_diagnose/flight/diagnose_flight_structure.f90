@@ -130,7 +130,8 @@ contains
           call put_parameter(s%coupler%model%params, p, c, pairs, has_sides, of_mass)
         case (KIND_SOFT)
           pairs = pairs//', '//p%name//' '//number_text(exp(c))
-          places = places//'soft_place = '//trim(s%coupler%model%params%vein_names(p%vein))//' '//number_text(p%fraction)//NL
+          places = places//'soft_place = '//trim(s%coupler%model%params%vein_names(p%vein))//' '// &
+                   number_text(p%file_fraction)//NL
         case (KIND_DAMAGE)
           pairs = pairs//', '//p%name//' '//number_text(exp(c))
           places = places//'damage_disc = '//numbers(p%disc)//NL
