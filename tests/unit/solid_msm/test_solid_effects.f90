@@ -367,22 +367,20 @@ contains
   !> A place between two points, as a finer mesh has it, may be nearest to a point that has a joint. The next point serves then.
   subroutine test_places_of_finer_wing()
     real(rp) :: fraction, place
-    integer :: v, k, n_joints, n_lost
-    n_joints = 0
-    n_lost = 0
+    integer :: v, k, lost(2)
+    lost = 0
     do v = 1, size(wing%veins)
       associate (nodes => wing%veins(v)%nodes)
         do k = 2, size(nodes)
           fraction = (fraction_of(v, nodes(k - 1)) + fraction_of(v, nodes(k)))/2
-          if (hinge_in_vein(wing, plain%plans, v, fraction) == 0) n_joints = n_joints + 1
           place = free_place_in_vein(wing, v, fraction)
-          if (hinge_in_vein(wing, plain%plans, v, place) == 0) n_lost = n_lost + 1
-          if (abs(place - fraction) > 1.6_rp/(size(nodes) - 1)) n_lost = n_lost + 1 ! of about equal segments
+          if (hinge_in_vein(wing, plain%plans, v, fraction) == 0) lost(1) = lost(1) + 1
+          if (hinge_in_vein(wing, plain%plans, v, place) == 0 .or. abs(place - fraction) > 1.6_rp/(size(nodes) - 1)) &
+            lost(2) = lost(2) + 1 ! segments are about equal
         end do
       end associate
     end do
-    call t%check('some places are nearest to a joint', n_joints > 0)
-    call t%check('  and have a hinge beside it', n_lost == 0)
+    call t%check('some places are nearest to a joint, and have a hinge beside it', lost(1) > 0 .and. lost(2) == 0)
   end subroutine test_places_of_finer_wing
 
   !> Place of a point along a vein, of its length.
