@@ -353,9 +353,7 @@ contains
     params%effects%soft_vein = 'no such vein'
     call model%init(wing, params, failure)
     call t%check('an unknown vein is refused', failure%failed)
-    h = 0
-    do while (h < size(plain%plans))
-      h = h + 1
+    do h = 1, size(plain%plans)
       if (plain%plans(h)%joint > 0 .and. plain%plans(h)%veins(1) == plain%plans(h)%veins(2)) exit
     end do
     associate (vein => plain%plans(h)%veins(1), point => plain%plans(h)%nodes(2))
