@@ -12,6 +12,7 @@ module inference_engine
   use inference_causes, only: find_cause_intervals, fit_causes, reject_misfit, validate_causes, withdraw_unsupported
   use inference_decision, only: LEVEL
   use inference_design, only: build_design, design_t
+  use inference_growing_fit, only: grow_fit
   use inference_noise_fraction, only: find_noise_fraction
   use inference_record, only: diagnosis_options_t, diagnosis_t, model_t, refit_t, tests_t, LARGEST_SCALE
   use inference_places, only: find_places
@@ -130,14 +131,18 @@ contains
     type(model_t), intent(inout), target :: model
     real(rp), allocatable, intent(out) :: spread(:), nuisances(:, :)
     type(failure_t), intent(out) :: failure
-    real(rp), allocatable :: again(:), best(:, :)
+    real(rp), allocatable :: again(:), best(:, :), begun(:, :)
     real(rp) :: independent_fraction
     integer :: all(simulator%n_observations), i
     logical :: is_new
     all = [(i, i=1, size(all))]
     call model%whitener%init(simulator, all, simulator%independent_fraction(), failure)
     if (failure%failed) return
-    call fit_baseline(simulator, starts, options%fit, state, model%whitener, model%baseline, spread, failure, nuisances)
+    begun = starts
+    do i = 1, size(begun, 2)
+      call grow_fit(simulator, state, simulator%independent_fraction(), options%fit, begun(:, i))
+    end do
+    call fit_baseline(simulator, begun, options%fit, state, model%whitener, model%baseline, spread, failure, nuisances)
     if (failure%failed .or. options%is_scale_known) return
     call find_noise_fraction(simulator, model%baseline%q, state, model%whitener%independent_fraction, &
                              model%whitener%independent_fraction/LARGEST_GROWTH, independent_fraction, is_new)

@@ -122,13 +122,34 @@ contains
   subroutine series_append_labels(self, labels)
     class(wing_series_t), intent(in) :: self
     type(labels_t), intent(inout) :: labels
-    integer :: i, j
+    integer :: i, j, n
     do i = 1, size(self%simulation%series)
       associate (s => self%simulation%series(i))
         do j = 1, size(s%sigma)
-          if (any(s%is_known(:, j))) call append_surface(labels, count(s%is_known(:, j)), s%place(:, j))
+          n = count(s%is_known(:, j))
+          if (n == 0) cycle
+          call append_surface(labels, n, s%place(:, j))
+          labels%stage(size(labels%stage) - n + 1:) = stages_of(pack(s%values(:, j), s%is_known(:, j)))
         end do
       end associate
     end do
   end subroutine series_append_labels
+
+  !> Returns when each value of a trace joins the first fit of the baseline (inference_growing_fit): 0 for its first eight periods, k
+  !> for those up to 2^k times as many. A period has two changes of sign about the mean; noise adds some, which makes more stages.
+  pure function stages_of(values) result(stage)
+    real(rp), intent(in) :: values(:)
+    integer :: stage(size(values))
+    integer, parameter :: FIRST = 16 !< changes of sign
+    real(rp) :: mean
+    integer :: i, changes
+    mean = sum(values)/size(values)
+    changes = 0
+    stage = 0
+    do i = 2, size(values)
+      if ((values(i) > mean) .neqv. (values(i - 1) > mean)) changes = changes + 1
+      stage(i) = stage(i - 1)
+      if (changes > FIRST*2**stage(i)) stage(i) = stage(i) + 1
+    end do
+  end function stages_of
 end module diagnosis_wing_series

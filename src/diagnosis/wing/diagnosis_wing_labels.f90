@@ -21,6 +21,7 @@ contains
     associate (loads => experiment%measurement%loads)
       labels%surface = bins%load(:bins%n)
       labels%site = bins%site(:, :bins%n)
+      labels%stage = [(0, l=1, bins%n)]
       allocate (labels%observed(bins%n))
       do l = 1, n
         call bin_rows(bins, l, experiment%comparisons(l)%measured, &
@@ -73,6 +74,7 @@ contains
     labels%hold = [labels%hold, -1.0_rp]
     labels%moment = [labels%moment, 0.0_rp]
     labels%replicate = [labels%replicate, surface]
+    labels%stage = [labels%stage, (0, k=1, n)]
   end subroutine append_surface
 
   !> Changes the folds, for loads that all act at one site: each force with its repeats gets its own fold.

@@ -16,7 +16,7 @@ module inference_refit
   implicit none
   private
   public :: nested_problem_t, nested_fit_t, fit_baseline, fit_nested, fit_loosely, nested_unknowns, loose_options, &
-            relinearise_nuisances
+            relinearise_nuisances, update_directions
 
   real(rp), parameter :: LOOSE_TOLERANCE = 1.0e-3_rp !< of the sum of squares
   real(rp), parameter :: SETTLED = 0.05_rp           !< in units of the sum of squares
