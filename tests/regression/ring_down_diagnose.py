@@ -78,6 +78,16 @@ def test_finer(case):
     check(code in (NAMED, SET) and names(found)[0] == "viscoelasticity", found["verdict"]["sentence"])
 
 
+def test_long(case):
+    """A record of many periods: the fit of the baseline begins with the first of them, and does not lose count."""
+    ring(case, "data.h5", damping={"relaxation": 0.2, "relaxation_time": 2.0e-4}, samples=3000)
+    few = OPTIONS + "validation = no;\nintervals = no;\nrefits = 2;\n"
+    code, found = diagnose(case, "data.h5", "long", few, parameters="E")
+    baseline = found["baseline"]
+    check(baseline["chi2"] < 1.2 * baseline["observations"], f"chi^2 of the baseline is {baseline['chi2']}")
+    check(code in (NAMED, SET) and "viscoelasticity" in names(found), found["verdict"]["sentence"])
+
+
 def test_stiffness(case):
     """A cuticle that loses energy at every rate."""
     ring(case, "data.h5", damping={"rayleigh_stiffness": 2.0e-5})

@@ -115,14 +115,22 @@ contains
   end function stated_probability
 
   !> Returns what a set leaves of 1: the probabilities to print of an unknown cause, of several causes together, of another cause in
-  !> the catalogue, and of no cause. They have the proportions of the odds and add up to 1 less that of the set.
+  !> the catalogue, and of no cause. They have the proportions of the odds and add up to 1 less that of the set. What blind cases
+  !> take from the odds of a set are other causes: no cause is not more probable than by its odds.
   pure function stated_rest(decision) result(rest)
     type(decision_t), intent(in) :: decision
-    real(rp) :: rest(4)
+    real(rp) :: rest(4), none
     rest = [decision%posterior_unknown, decision%posterior_joint, &
             max(0.0_rp, sum(decision%posterior) - probability_of_set(decision)), decision%posterior_none]
     if (decision%is_joint .or. decision%has_further) rest(2) = 0
     rest = (1 - stated_probability(decision))*rest/max(sum(rest), tiny(1.0_rp))
+    none = min(rest(4), decision%posterior_none)
+    if (sum(rest(:3)) > 0) then
+      rest(:3) = rest(:3)*(1 + (rest(4) - none)/sum(rest(:3)))
+    else
+      rest(1) = rest(4) - none
+    end if
+    rest(4) = none
   end function stated_rest
 
   !> Returns the probability by the odds that one effect of the set is the cause, alone or as a part of a wider one.

@@ -78,11 +78,13 @@ contains
     character(:), allocatable :: text
     real(rp) :: p, unknown, joint
     integer :: i, j, k, n
-    logical :: leaves_unknown, is_conditional, adds_up, is_less
+    logical :: leaves_unknown, is_conditional, adds_up, is_less, is_bounded
+    real(rp) :: rest(4)
     leaves_unknown = .true.
     is_conditional = .true.
     adds_up = .true.
     is_less = .true.
+    is_bounded = .true.
     do n = 1, 2
       d%decision%set = [(i, i=1, n)]
       d%decision%wider = [integer ::]
@@ -98,8 +100,10 @@ contains
                              index(text, '100 %') == 0
             is_conditional = is_conditional .and. index(verdict_statement(s, d), '. if it is cause 1: ') > 0 .and. &
                              (index(text, 'consistent with') == 1 .or. index(text, 'these data cannot tell apart') == 1)
-            adds_up = adds_up .and. (abs(sum(stated_rest(d%decision)) + stated_probability(d%decision) - 1) < 1.0e-12_rp &
-                                     .or. .not. p < 1) .and. minval(stated_rest(d%decision)) >= 0
+            rest = stated_rest(d%decision)
+            adds_up = adds_up .and. (abs(sum(rest) + stated_probability(d%decision) - 1) < 1.0e-12_rp .or. .not. p < 1) .and. &
+                      minval(rest) >= 0
+            is_bounded = is_bounded .and. rest(4) <= d%decision%posterior_none
             call withdraw_name(d%decision, 'probability')
             is_less = is_less .and. stated_probability(d%decision) <= calibrated_probability(map, VERDICT_NAMED, p)
           end do
@@ -109,6 +113,7 @@ contains
     call t%check('a set leaves in what is not in the catalogue, with its probability', leaves_unknown)
     call t%check('and says of its causes what they would be', is_conditional)
     call t%check('its probability and that of all else add up to 1', adds_up)
+    call t%check('and no cause at all is not more probable than by the odds', is_bounded)
     call t%check('what is not sure enough for a name has no larger probability than such a name', is_less)
   end subroutine test_sets
 
