@@ -135,8 +135,8 @@ contains
     end do
   end subroutine series_append_labels
 
-  !> Returns when each value of a trace joins the first fit of the baseline (inference_growing_fit): 0 for its first eight periods, k
-  !> for those up to 2^k times as many. A period has two changes of sign about the mean; noise adds some, which makes more stages.
+  !> Returns when each value of a trace joins the first fit of the baseline (inference_growing_fit): 0 for its first eight periods,
+  !> k for those up to 2^k times as many. A period has two changes of sign about the mean; noise adds some, which makes more stages.
   pure function stages_of(values) result(stage)
     real(rp), intent(in) :: values(:)
     integer :: stage(size(values))

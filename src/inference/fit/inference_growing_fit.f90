@@ -19,8 +19,8 @@ module inference_growing_fit
 contains
 
   !> Moves q(parameters) to a fit of the baseline to the observations of all stages but the last, stage by stage, each roughly and
-  !> from the fit before. `from` is a state of the simulator. A stage that has no fit leaves q as it is, and so does a simulator whose
-  !> observations have one stage.
+  !> from the fit before. `from` is a state of the simulator. A stage that has no fit leaves q as it is, and so does a simulator
+  !> whose observations have one stage.
   subroutine grow_fit(simulator, from, independent_fraction, options, q)
     class(simulator_t), intent(inout), target :: simulator
     class(solver_state_t), intent(in) :: from

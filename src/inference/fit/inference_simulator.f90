@@ -59,7 +59,7 @@ module inference_simulator
     real(rp), allocatable :: hold(:)          !< (surfaces) [s], negative: not given
     real(rp), allocatable :: moment(:)        !< (surfaces) of the load about the root
     integer, allocatable :: replicate(:)           !< (surfaces) first surface under the same load, itself if none
-    integer, allocatable :: stage(:)         !< (n) from 0: when it joins the first fit (inference_growing_fit), all at once if absent
+    integer, allocatable :: stage(:)         !< (n) from 0: when it joins the fit of inference_growing_fit; absent: all at once
   end type labels_t
 
   type, abstract :: simulator_t
