@@ -46,7 +46,9 @@ contains
     class(solver_state_t), allocatable :: state
     real(rp), allocatable :: from(:), path(:, :)
     integer :: n_evaluations, attempt
+    logical :: has_snapped
     n_evaluations = 0
+    has_snapped = .false.
     do attempt = 1, LAST
       from = start%coordinates
       if (attempt == 2) from = trained%coordinates
@@ -64,6 +66,7 @@ contains
         merge(unknowns%prior_sd, 1.0_rp, unknowns%prior_sd > 0))**2, unknowns%prior_sd > 0 .and. .not. unknowns%is_fixed)
       if (allocated(trained%path)) call join_paths(path, trained%path, n_evaluations)
       n_evaluations = n_evaluations + trained%n_evaluations + 1
+      has_snapped = has_snapped .or. trained%cold_difference > SAME*settings%experiment%model%size
       if (start%is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
       call log%say('          the solution from the unloaded wing has another shape, because the wing snaps. '// &
@@ -71,6 +74,7 @@ contains
                               'The next fit solves all loads from the unloaded wing', attempt == 1)))
     end do
     trained%n_evaluations = n_evaluations
+    trained%has_snapped = has_snapped
     if (allocated(path)) call move_alloc(path, trained%path)
   end subroutine polish_from_start
 

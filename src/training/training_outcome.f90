@@ -16,6 +16,7 @@ module training_outcome
     real(rp), allocatable :: values(:)       !< of the unknowns, in their units
     integer, allocatable :: sides(:)         !< (unknowns) -1 or 1: the value is at the lower or upper bound of its box
     logical :: is_cold = .false.             !< all solutions of the polish began at the unloaded wing
+    logical :: has_snapped = .false.         !< a fit on the way ended with a shape that the wing does not reach from rest
     logical :: is_polished = .false.         !< least squares were completed, and the following results are known
     character(:), allocatable :: reason      !< why least squares ended; not allocated if they were not asked for
     real(rp), allocatable :: path(:, :)      !< of all fits, one behind the other, see fit_by_continuation
@@ -49,6 +50,7 @@ contains
     class(visitor_t), intent(inout) :: visitor
     call visitor%visit_allocatable('coordinates', self%coordinates)
     call visitor%visit('is_cold', self%is_cold)
+    call visitor%visit('has_snapped', self%has_snapped)
     call visitor%visit('is_polished', self%is_polished)
     call visitor%visit_allocatable('reason', self%reason)
     call visitor%visit_allocatable('path', self%path)

@@ -11,7 +11,7 @@ module training_polish
   use measurement_problem, only: wing_point_t
   use training_agreement, only: agreement_lines, AGREEMENT_LENGTH
   use training_case, only: training_case_t
-  use training_fit, only: counted, is_better, join_paths, polish_from_start, solve_again, start_t
+  use training_fit, only: is_better, join_paths, polish_from_start, solve_again, start_t
   use training_intervals, only: find_intervals
   use training_listener, only: training_listener_t
   use training_moves, only: try_moves
@@ -28,9 +28,9 @@ module training_polish
 contains
 
   !> Finds the outcome from points of the search, starts(unknowns, :), which are coordinates of the experiment, the best one first.
-  !> Then moves of single parameters search for a lower minimum, if wanted (training_moves). If the checkpoint from which the search
-  !> continued has moves of the same polish, it continues with these. The outcome is not complete if the pool is stopped, or if
-  !> search%failure says that files failed.
+  !> Then moves search for a lower minimum, if wanted (training_moves). If the checkpoint from which the search continued has moves
+  !> of the same polish, it continues with these. The outcome is not complete if the pool is stopped, or if search%failure says that
+  !> files failed.
   subroutine polish_points(settings, pool, search, starts, log, trained)
     class(training_case_t), intent(in), target :: settings
     type(bending_pool_t), intent(inout), target :: pool
@@ -47,7 +47,7 @@ contains
     unknowns = make_unknowns(settings, search%space)
     associate (moves => search%moves, space => search%space)
       if (moves%is_of(settings)) then
-        call log%say('restart   continues after '//counted(moves%n_tried, 'move')//' of single parameters')
+        call log%say('restart   continues after '//moves%text())
         call solve_again(problem, moves%trained)
         trained = moves%trained
       else
@@ -91,6 +91,8 @@ contains
     type(trained_t) :: one
     real(rp), allocatable :: path(:, :)
     integer :: i, n_evaluations
+    logical :: has_snapped
+    has_snapped = .false.
     problem%n_parts = size(starts, 2)
     problem%kind_of_part = 'start'
     problem%begun = wall_seconds()
@@ -103,6 +105,7 @@ contains
       if (problem%pool%is_stopped) return
       if (allocated(one%path)) call join_paths(path, one%path, n_evaluations)
       n_evaluations = n_evaluations + one%n_evaluations
+      has_snapped = has_snapped .or. one%has_snapped
       if (i == 1 .or. is_better(one, trained)) trained = one
       if (one%is_solved) local_minima = reshape([local_minima, one%chi2, one%coordinates], &
                                                 [size(local_minima, 1), size(local_minima, 2) + 1])
@@ -112,6 +115,7 @@ contains
       end associate
     end do
     trained%n_evaluations = n_evaluations
+    trained%has_snapped = has_snapped
     if (allocated(path)) call move_alloc(path, trained%path)
   end subroutine polish_starts
 
