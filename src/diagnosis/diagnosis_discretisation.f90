@@ -25,6 +25,7 @@ module diagnosis_discretisation
                                        KIND_SOFT
   use diagnosis_wing_simulator, only: wing_simulator_t
   use diagnosis_wing_state, only: wing_state_t
+  use inference_growing_fit, only: grow_fit
   use inference_refit, only: fit_nested, fit_loosely, nested_fit_t, loose_options
   use inference_whitener, only: whitener_t
   use io_journal, only: journal_t
@@ -299,10 +300,12 @@ contains
     type(failure_t) :: failure
     class(solver_state_t), allocatable :: state
     integer :: i
-    real(rp) :: nothing(size(r_fine), 0), q(size(fine%parameters))
+    real(rp) :: nothing(size(r_fine), 0), q(size(fine%parameters)), begin(size(coarse%parameters))
     call coarse%initial_state(state)
+    begin = coarse%null_point()
+    call grow_fit(coarse, state, coarse%independent_fraction(), s%options%fit, begin)
     call whitener%init(coarse, [(i, i=1, coarse%n_observations)], coarse%independent_fraction(), failure)
-    if (.not. failure%failed) call fit_loosely(coarse, coarse%null_point(), state, s%options%fit, whitener, one, failure)
+    if (.not. failure%failed) call fit_loosely(coarse, begin, state, s%options%fit, whitener, one, failure)
     self%is_found = .not. failure%failed
     if (self%is_found) call coarse%evaluate(one%q, one%active, one%state, r_coarse, jacobian, self%is_found)
     call coarse%shut_down()
@@ -310,6 +313,7 @@ contains
       call fine%state_from_mesh(one%state, self%parents, state)
       q = fine%null_point()
       q(one%active) = one%q(one%active) ! further parameters are those of the catalogue, at their null
+      call grow_fit(fine, state, fine%independent_fraction(), s%options%fit, q)
       call fit_nested(fine, whitener, one%active, q, state, loose_options(s%options%fit), two)
       self%is_found = two%is_found
     end if

@@ -66,7 +66,8 @@ contains
         merge(unknowns%prior_sd, 1.0_rp, unknowns%prior_sd > 0))**2, unknowns%prior_sd > 0 .and. .not. unknowns%is_fixed)
       if (allocated(trained%path)) call join_paths(path, trained%path, n_evaluations)
       n_evaluations = n_evaluations + trained%n_evaluations + 1
-      has_snapped = has_snapped .or. trained%cold_difference > SAME*settings%experiment%model%size
+      has_snapped = has_snapped .or. (trained%is_polished .and. trained%is_solved .and. &
+                                      trained%cold_difference > SAME*settings%experiment%model%size)
       if (start%is_check .or. .not. settings%polish .or. attempt == LAST) exit
       if (trained%cold_difference <= SAME*settings%experiment%model%size) exit
       call log%say('          the solution from the unloaded wing has another shape, because the wing snaps. '// &

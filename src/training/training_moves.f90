@@ -28,7 +28,7 @@ module training_moves
   !> Differences of the cost. Minima that differ by less than this, or by less than a millionth of the cost, are the same minimum. A
   !> change of one sd changes the cost by 1.
   real(rp), parameter :: LOWER = 0.1_rp, RELATIVELY_LOWER = 1.0e-6_rp
-  integer, parameter :: MOST_ROUNDS = 5 !< largest number of moves of each parameter
+  integer, parameter :: MOST_ROUNDS = 5 !< in each of which all moves are made
 
 contains
 
@@ -36,8 +36,8 @@ contains
   !> its local_minima(1 + unknowns, :), see trained_t, all other minima that fit as well, that is within the threshold of the 90 %
   !> interval. After a lower minimum, all moves are made again from there. It ends when no move leads lower, if the pool is stopped,
   !> or if search%failure says that files failed. Parameters that are fixed or have no prior are not moved. Loads are left out if
-  !> the wing has snapped in a fit, and there are others. Every move begins at the unloaded wing and therefore depends on the minimum
-  !> alone. A checkpoint follows each move, from which the next ones continue.
+  !> the wing has snapped in a fit, and there are others. Every move begins at the unloaded wing and therefore depends on the
+  !> minimum alone. A checkpoint follows each move, from which the next ones continue.
   subroutine try_moves(settings, problem, unknowns, search, log)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -48,13 +48,13 @@ contains
     logical :: is_tried
     n_loads = size(settings%experiment%loads)
     n = size(unknowns%prior) + n_loads ! moves
-    problem%n_parts = n
     problem%kind_of_part = 'move'
     problem%begun = wall_seconds()
     associate (state => search%moves)
       if (state%first_chi2 <= LOWER) return
       do while (state%n_done < MOST_ROUNDS*n .and. state%n_in_vain < n)
         i = modulo(state%n_done, n) + 1
+        problem%n_parts = merge(n, n - n_loads, state%trained%has_snapped)
         problem%part = state%n_in_vain + 1
         if (i > n - n_loads) then
           is_tried = state%trained%has_snapped .and. n_loads > 1
@@ -103,8 +103,11 @@ contains
       if (problem%pool%is_stopped) return
       if (allocated(one%path)) call join_paths(state%trained%path, one%path, state%n_evaluations)
       state%n_evaluations = state%n_evaluations + one%n_evaluations
+      ! If the wing snaps for the first time, the loads that were kept have their turn.
+      if (one%has_snapped .and. .not. state%trained%has_snapped) state%n_in_vain = 0
+      one%has_snapped = one%has_snapped .or. state%trained%has_snapped
+      state%trained%has_snapped = one%has_snapped
       if (one%is_solved .and. one%is_polished) call take_minimum(one, state)
-      state%trained%has_snapped = state%trained%has_snapped .or. one%has_snapped
     end if
     search%moves = state
   end subroutine try_move
@@ -164,9 +167,9 @@ contains
     call fit_by_continuation(problem, unknowns, start, problem%initial_state(), options, .true., report, path)
   end subroutine move
 
-  !> Fits by continuation from `trained` without load l, and all loads from where this fit ends. `path` is that of both fits, and
-  !> `report` that of the second. If the first one ends where it began, or near it, there is no second, and it leads to the known
-  !> minimum.
+  !> Fits by continuation from `trained` without load l, and all loads from where this fit ends. `path` is that of both fits, of
+  !> which the first has no chi^2 of the load, and `report` that of the second. If the first one ends where it began, or near it,
+  !> there is no second, and it leads to the known minimum.
   subroutine leave_out_load(settings, problem, unknowns, l, trained, report, path)
     class(training_case_t), intent(in) :: settings
     type(pool_problem_t), intent(inout) :: problem
@@ -192,6 +195,7 @@ contains
     options = settings%fit
     options%known = trained%coordinates
     options%known_sd = trained%posterior%sd
+    problem%lowest = huge(1.0_rp)
     call fit_by_continuation(problem, unknowns, without%p, problem%initial_state(), options, .false., report, next)
     call join_paths(path, next, without%n_evaluations)
     report%n_evaluations = report%n_evaluations + without%n_evaluations

@@ -19,7 +19,7 @@ module training_outcome
     logical :: has_snapped = .false.         !< a fit on the way ended with a shape that the wing does not reach from rest
     logical :: is_polished = .false.         !< least squares were completed, and the following results are known
     character(:), allocatable :: reason      !< why least squares ended; not allocated if they were not asked for
-    real(rp), allocatable :: path(:, :)      !< of all fits, one behind the other, see fit_by_continuation
+    real(rp), allocatable :: path(:, :)      !< of all fits, one behind the other, see fit_by_continuation; some are without a load
     real(rp), allocatable :: local_minima(:, :)      !< (1 + unknowns, starts) chi^2 and coordinates where each start ended
     type(posterior_t) :: posterior
     real(rp), allocatable :: prior_sd(:)     !< prior sd of the coordinates of the posterior; 0: no prior

@@ -41,13 +41,14 @@ contains
     call self%pool%poll()
     call full_results(self%experiment, self%pool, p, from%is_start .and. .not. self%is_cold, from%shapes, evaluations, shapes, &
                       from%is_left_out)
-    if (associated(self%log)) call tell_progress(self, evaluations)
+    if (associated(self%log)) call tell_progress(self, evaluations, from%is_left_out)
   end subroutine problem_run
 
-  !> Writes the progress of the fit to the log, after all loads of a point were solved.
-  subroutine tell_progress(self, evaluations)
+  !> Writes the progress of the fit to the log, after all loads of a point were solved that are not left out.
+  subroutine tell_progress(self, evaluations, is_left_out)
     type(pool_problem_t), intent(inout) :: self
     type(evaluation_t), intent(in) :: evaluations(:)
+    logical, intent(in) :: is_left_out(:)
     real(rp) :: chi2
     integer :: l
     self%n_solved = self%n_solved + 1
@@ -57,6 +58,7 @@ contains
     end if
     chi2 = 0
     do l = 1, size(evaluations)
+      if (is_left_out(l)) cycle
       if (.not. evaluations(l)%is_feasible()) chi2 = huge(chi2)
       if (.not. chi2 < huge(chi2)) exit
       chi2 = chi2 + sum((evaluations(l)%residuals/self%experiment%comparisons(l)%sigma)**2)

@@ -177,7 +177,7 @@ contains
     if (reader%has('schema')) call reader%get_text('schema', text, failure)
     if (text /= SCHEMA) then
       call failure%raise(name//': is not a checkpoint of msm_train')
-    else if (.not. reader%has(COUNTS//'warm')) then
+    else if (.not. reader%has(COUNTS//'warm') .or. (reader%has(MOVES//'is_begun') .and. .not. reader%has(MOVES//'n_without'))) then
       call failure%raise(name//': was written by an earlier version of msm_train: restart with that version, or start again '// &
                          'with --overwrite')
     end if

@@ -129,25 +129,30 @@ contains
           n = count(s%is_known(:, j))
           if (n == 0) cycle
           call append_surface(labels, n, s%place(:, j))
-          labels%stage(size(labels%stage) - n + 1:) = stages_of(pack(s%values(:, j), s%is_known(:, j)))
+          labels%stage(size(labels%stage) - n + 1:) = stages_of(pack(s%values(:, j), s%is_known(:, j)), s%sigma(j))
         end do
       end associate
     end do
   end subroutine series_append_labels
 
   !> Returns when each value of a trace joins the first fit of the baseline (inference_growing_fit): 0 for its first eight periods,
-  !> k for those up to 2^k times as many. A period has two changes of sign about the mean; noise adds some, which makes more stages.
-  pure function stages_of(values) result(stage)
-    real(rp), intent(in) :: values(:)
+  !> k for those up to 2^k times as many. A period has two changes of sign about the mean, each by more than sigma, the sd of a
+  !> value.
+  pure function stages_of(values, sigma) result(stage)
+    real(rp), intent(in) :: values(:), sigma
     integer :: stage(size(values))
     integer, parameter :: FIRST = 16 !< changes of sign
-    real(rp) :: mean
+    real(rp) :: mean, side
     integer :: i, changes
     mean = sum(values)/size(values)
     changes = 0
     stage = 0
+    side = values(1) - mean
     do i = 2, size(values)
-      if ((values(i) > mean) .neqv. (values(i - 1) > mean)) changes = changes + 1
+      if (side*(values(i) - mean) < 0 .and. abs(values(i) - mean) > sigma) then
+        changes = changes + 1
+        side = values(i) - mean
+      end if
       stage(i) = stage(i - 1)
       if (changes > FIRST*2**stage(i)) stage(i) = stage(i) + 1
     end do

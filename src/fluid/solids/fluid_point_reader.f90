@@ -25,7 +25,7 @@ module fluid_point_reader
     logical :: is_wanted = .false.   !< the next pass reads the flow at the points that `ask` got
     logical :: is_read = .false.     !< `velocities` are those at these points
     real(rp), allocatable :: velocities(:, :) !< (3, points) L/T, the same on all ranks
-    real(rp) :: seconds = 0          !< wall time that reading has taken on this rank so far, without waiting for others
+    real(rp) :: seconds = 0          !< wall time that reading has taken on this rank so far, without the sum over ranks
     integer, private :: n = 0        !< points
     logical, private :: is_reading = .false.
     type(world_t), private :: world

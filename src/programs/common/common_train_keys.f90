@@ -110,7 +110,8 @@ contains
     call keys%kind('polish', c%polish, 'preset', POLISHES, 'least squares after the search; preset: yes with [Train] '// &
                    'preset = default, no with paper')
     call keys%switch('moves', c%moves, .true., 'look for a lower minimum: move every parameter to the other side of its prior '// &
-                     'and repeat the fit from there, until no move finds a lower minimum')
+                     'and repeat the fit from there and, where the wing snaps, leave out each load in turn, until no move '// &
+                     'finds a lower minimum')
     call keys%switch('intervals', c%intervals, .true., '90 % intervals by profile likelihood')
     call keys%real('prior_decades', c%prior_decades, 1.0_rp, 'standard deviation of the prior about the values of [Wing]', &
                    unit='decades', &

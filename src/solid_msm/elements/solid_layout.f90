@@ -106,6 +106,7 @@ contains
     logical :: is_free(size(fractions))
     integer :: k, j
     place = fraction
+    if (size(fractions) < 3) return
     fractions = fractions_of(wing, vein)
     is_free = .false.
     associate (nodes => wing%veins(vein)%nodes)
