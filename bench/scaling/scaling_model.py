@@ -12,8 +12,8 @@ DERIVED = 1  # of the inverse ones: computed from others in physical z, neither 
 WORD = 16  # bytes of a complex number
 PRODUCT_FLOPS = 40  # of a point of the grid: u x omega, largest velocity, projection and update
 
-# The rates of a machine and of a flight, and the values that predictions assume. `rate` is that of one core while all other cores of its
-# node compute as well. `network` is what one node sends while all nodes send to all others.
+# The rates of a machine and of a flight, and the values that predictions assume. `rate` is that of one core while all other
+# cores of its node compute as well. `network` is what one node sends while all nodes send to all others.
 MACHINE = {
     "rate": 5.0e9,  # flop/s of a core
     "cores": 128,  # of a node
@@ -22,8 +22,8 @@ MACHINE = {
     "latency": 2.0e-6,  # s for each message of a rank
     "lapack": 20.0e9,  # flop/s of a core that factorises a matrix
     "stream": 10.0e9,  # byte/s that one core reads
-    # Shares of the steps in which a flexible wing prepares its response anew: of the blowfly in its first beat on 96 points, with
-    # the default marker_response_limit; 0.08 with 0.2. Displacements are the same part of a spacing on any grid.
+    # A flexible wing computes a new response in this share of the steps. The blowfly did so in its first beat on 96 points, with
+    # the default marker_response_limit. With the limit 0.2 the share is 0.08. Finer grids have the same share.
     "renewals": 0.2,
 }
 

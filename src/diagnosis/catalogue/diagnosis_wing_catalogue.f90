@@ -21,7 +21,7 @@ module diagnosis_wing_catalogue
   use measurement_instrument_causes, only: list_instrument_causes
   use solid_effect, only: NEED_DISC, NEED_SOFT_PLACE
   use solid_effects, only: list_effect_causes
-  use solid_layout, only: hinge_in_vein
+  use solid_layout, only: hinge_in_vein, vein_places
   use solid_structure_causes, only: list_structure_causes
   use solid_usual_causes, only: PARAM_PLATE, PARAM_THICKNESS
   use solid_wing, only: wing_t
@@ -127,19 +127,16 @@ contains
     type(wing_t), intent(in) :: wing
     type(variant_t), allocatable :: variants(:)
     type(wing_parameter_t) :: soft
-    real(rp), allocatable :: way(:)
+    real(rp), allocatable :: places(:)
     integer :: v, k, n
     allocate (variants(0))
     soft = factor_at_sites(NEED_SOFT_PLACE, KIND_SOFT)
     do v = 1, size(wing%veins)
       associate (nodes => wing%veins(v)%nodes)
-        way = [0.0_rp]
-        do k = 2, size(nodes)
-          way = [way, way(k - 1) + norm2(wing%points(:, nodes(k)) - wing%points(:, nodes(k - 1)))]
-        end do
+        places = vein_places(wing, v)
         do k = 2, size(nodes) - 1
           soft%vein = v
-          soft%fraction = way(k)/way(size(way))
+          soft%fraction = places(k)
           soft%file_fraction = soft%fraction
           soft%number = hinge_in_vein(wing, e%model%plans, v, soft%fraction)
           if (soft%number == 0) cycle

@@ -63,10 +63,10 @@ contains
     call keys%kind('marker_response', p%sharing, 'auto', SHARINGS, 'surface = thin: which ranks compute the forces at the '// &
                    'markers of a wing; one: one rank; group: a group of ranks together; auto: a group if there are eight '// &
                    'ranks for each wing and a wing has a thousand markers or more, else one rank')
-    call keys%real('marker_response_limit', p%response_limit, 0.1_rp, 'surface = thin: how far a marker of a wing that bends '// &
-                   'may leave the shape for which its forces were prepared, in spacings of the markers, before they are '// &
-                   'prepared anew; 0.2 doubles the slip, and makes steps of wings with a thousand markers or more faster', &
-                   min=0.01_rp, max=0.5_rp)
+    call keys%real('marker_response_limit', p%response_limit, 0.1_rp, 'surface = thin: a wing that bends needs a new response '// &
+                   'of the flow when a marker has moved this far from the shape of the last response, in spacings of the '// &
+                   'markers; 0.2 doubles the slip; choose it if a wing has a thousand markers or more, since responses then '// &
+                   'take most of the time', min=0.01_rp, max=0.5_rp)
   end subroutine thin_keys
 
   !> Takes the values of the keys from `config`.

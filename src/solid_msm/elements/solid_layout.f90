@@ -10,7 +10,7 @@ module solid_layout
   use solid_wing, only: wing_t
   implicit none
   private
-  public :: layout_t, make_layout, hinge_in_vein, free_place_in_vein
+  public :: layout_t, make_layout, hinge_in_vein, free_place_in_vein, vein_places
 
   !> Positions of the elements, which do not change.
   type :: layout_t
@@ -86,7 +86,7 @@ contains
     associate (nodes => wing%veins(vein)%nodes)
       n = size(nodes)
       if (n < 3) return
-      fractions = fractions_of(wing, vein)
+      fractions = vein_places(wing, vein)
       at = 1 + minloc(abs(fractions(2:n - 1) - fraction), 1)
       do h = 1, size(plans)
         if (plans(h)%nodes(2) /= nodes(at) .or. plans(h)%joint > 0) cycle
@@ -107,7 +107,7 @@ contains
     integer :: k, j
     place = fraction
     if (size(fractions) < 3) return
-    fractions = fractions_of(wing, vein)
+    fractions = vein_places(wing, vein)
     is_free = .false.
     associate (nodes => wing%veins(vein)%nodes)
       do k = 2, size(nodes) - 1
@@ -122,8 +122,8 @@ contains
     if (any(is_free)) place = fractions(minloc(abs(fractions - fraction), 1, mask=is_free))
   end function free_place_in_vein
 
-  !> Returns the places of the points of a vein, of its length.
-  pure function fractions_of(wing, vein) result(fractions)
+  !> Returns the places of the points of vein number `vein`, from 0 to 1 of its length. It has two points or more.
+  pure function vein_places(wing, vein) result(fractions)
     type(wing_t), intent(in) :: wing
     integer, intent(in) :: vein
     real(rp) :: fractions(size(wing%veins(vein)%nodes))
@@ -135,5 +135,5 @@ contains
       end do
       fractions = fractions/fractions(size(nodes))
     end associate
-  end function fractions_of
+  end function vein_places
 end module solid_layout

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Many periods of a decaying vibration, observed without error: values exp(-d t) cos(w t) with independent errors.
+!> Many periods of a decaying vibration exp(-d t) cos(w t) in units of the sd, which is a hundredth of its size. Errors are
+!> independent, and there are none in the data.
 module long_vibration
   use base_kinds, only: rp
-  use inference_simulator, only: simulator_t
+  use bump_places, only: bumps_t
   use least_squares_state, only: solver_state_t
   implicit none
   private
@@ -12,12 +13,9 @@ module long_vibration
   integer, parameter, public :: IN_PERIOD = 10 !< observations
 
   !> Parameters: the logarithms of frequency and decay, over those of the start.
-  type, extends(simulator_t) :: vibration_t
-    real(rp), allocatable :: data(:)
+  type, extends(bumps_t) :: vibration_t
   contains
     procedure :: evaluate => vibration_evaluate
-    procedure :: covariance => vibration_covariance
-    procedure :: directions => vibration_directions
   end type vibration_t
 
 contains
@@ -51,7 +49,7 @@ contains
     do i = 1, size(values)
       time = real(i, rp)/IN_PERIOD
       turn = 2*PI*exp(q(1))*time
-      decay = exp(-0.002_rp*exp(q(2))*time)
+      decay = 1/SIGMA*exp(-0.002_rp*exp(q(2))*time)
       values(i) = decay*cos(turn)
       slopes(i, 1) = -turn*decay*sin(turn)
       slopes(i, 2) = -0.002_rp*exp(q(2))*time*values(i)
@@ -77,33 +75,4 @@ contains
     associate (unused => is_wanted)
     end associate
   end subroutine vibration_evaluate
-
-  !> See `simulator_t`.
-  subroutine vibration_covariance(self, rows, independent_fraction, c)
-    class(vibration_t), intent(in) :: self
-    integer, intent(in) :: rows(:)
-    real(rp), intent(in) :: independent_fraction
-    real(rp), intent(out) :: c(:, :)
-    integer :: i
-    c = 0
-    do i = 1, size(rows)
-      c(i, i) = SIGMA**2
-    end do
-    associate (unused => self, nothing => independent_fraction)
-    end associate
-  end subroutine vibration_covariance
-
-  !> See `simulator_t`.
-  subroutine vibration_directions(self, q, from, nuisances, patterns, is_valid)
-    class(vibration_t), intent(inout) :: self
-    real(rp), intent(in) :: q(:)
-    class(solver_state_t), intent(in) :: from
-    real(rp), intent(out) :: nuisances(:, :), patterns(:, :)
-    logical, intent(out) :: is_valid
-    nuisances = 0
-    patterns = 0
-    is_valid = .true.
-    associate (unused => self, nothing => q, neither => from)
-    end associate
-  end subroutine vibration_directions
 end module long_vibration

@@ -18,7 +18,7 @@ program test_solid_effects
   use solid_extension, only: extension_axial, tension_energy
   use solid_hinge, only: hinge_evaluate, hinge_t, HINGE_NODES
   use solid_junctions, only: hinge_plan_t
-  use solid_layout, only: free_place_in_vein, hinge_in_vein
+  use solid_layout, only: free_place_in_vein, hinge_in_vein, vein_places
   use solid_model, only: solid_model_t
   use solid_params, only: default_params, solid_params_t
   use solid_plate, only: plate_energy
@@ -384,16 +384,8 @@ contains
   !> Place of a point along a vein, of its length.
   pure real(rp) function fraction_of(vein, point)
     integer, intent(in) :: vein, point
-    real(rp) :: way, here
-    integer :: k
-    way = 0
-    here = 0
-    associate (nodes => wing%veins(vein)%nodes)
-      do k = 2, size(nodes)
-        way = way + norm2(wing%points(:, nodes(k)) - wing%points(:, nodes(k - 1)))
-        if (nodes(k) == point) here = way
-      end do
-    end associate
-    fraction_of = here/way
+    real(rp) :: places(size(wing%veins(vein)%nodes))
+    places = vein_places(wing, vein)
+    fraction_of = places(findloc(wing%veins(vein)%nodes, point, 1))
   end function fraction_of
 end program test_solid_effects
